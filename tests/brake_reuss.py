@@ -9,7 +9,7 @@ import writers
 from scipy.linalg import eigh
 
 from shakedown.fem import ElasticBody, Material, brick_mesh
-from shakedown.fem.modes import mass_of
+from shakedown.fem.loads import mass_of
 
 HALF, LAP, WIDTH, HEIGHT = 0.36, 0.06, 0.0254, 0.0127  # [m]
 STEEL = Material(200e9, 0.29, density=7800.0)

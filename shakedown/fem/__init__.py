@@ -27,9 +27,8 @@ except ImportError as error:
 
 from shakedown.fem.body import ElasticBody, Material, Support
 from shakedown.fem.contact import contact_condensation, contact_problem, modal_load
-from shakedown.fem.loads import BodyForce, Bolt, Displacement, Force, Load, Pressure, Traction
+from shakedown.fem.loads import BodyForce, Bolt, Displacement, Force, Load, ModalLoad, Pressure, Traction
 from shakedown.fem.mesh import block_mesh, brick_mesh, read_mesh
-from shakedown.fem.modes import ModalLoad
 
 __all__ = [
     "BodyForce",

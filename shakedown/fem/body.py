@@ -7,28 +7,9 @@ from math import inf
 from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
+import skfem
 from numpy.typing import NDArray
 from scipy import sparse
-from skfem import (
-    Basis,
-    BilinearForm,
-    ElementHex1,
-    ElementHex2,
-    ElementQuad1,
-    ElementQuad2,
-    ElementTetP1,
-    ElementTetP2,
-    ElementTriP1,
-    ElementTriP2,
-    ElementVector,
-    FacetBasis,
-    LinearForm,
-    Mesh,
-    MeshHex,
-    MeshQuad,
-    MeshTet,
-    MeshTri,
-)
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from shakedown.ground.argument_kinds import check_fields
@@ -36,7 +17,7 @@ from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
 from shakedown.joint.places import strips
 from shakedown.models.condensation.load_case import LoadCase
-from shakedown.models.condensation.surface_mesh import rigid_rows
+from shakedown.models.condensation.surface_mesh import ContactSurface, rigid_rows
 
 IntArray = NDArray[np.intp]
 AXES = "xyz"
@@ -61,7 +42,7 @@ class ElementKind(NamedTuple):
         The two orders and the plural of the shape, in words.
     """
 
-    mesh: type[Mesh]
+    mesh: type[skfem.Mesh]
     order: list[int]
     elements: tuple[type, type]
     degrees: tuple[int | None, int | None]
@@ -70,22 +51,30 @@ class ElementKind(NamedTuple):
 
 KINDS = {
     "hexahedron": ElementKind(
-        MeshHex,
+        skfem.MeshHex,
         [0, 4, 3, 1, 7, 5, 2, 6],
-        (ElementHex1, ElementHex2),
+        (skfem.ElementHex1, skfem.ElementHex2),
         (3, 5),
         ("trilinear", "triquadratic", "hexahedra"),
     ),
     "tetrahedron": ElementKind(
-        MeshTet, [0, 1, 2, 3], (ElementTetP1, ElementTetP2), (2, 3), ("linear", "quadratic", "tetrahedra")
+        skfem.MeshTet,
+        [0, 1, 2, 3],
+        (skfem.ElementTetP1, skfem.ElementTetP2),
+        (2, 3),
+        ("linear", "quadratic", "tetrahedra"),
     ),
     "triangle": ElementKind(
-        MeshTri, [0, 1, 2], (ElementTriP1, ElementTriP2), (None, None), ("linear", "quadratic", "triangles")
+        skfem.MeshTri,
+        [0, 1, 2],
+        (skfem.ElementTriP1, skfem.ElementTriP2),
+        (None, None),
+        ("linear", "quadratic", "triangles"),
     ),
     "quadrilateral": ElementKind(
-        MeshQuad,
+        skfem.MeshQuad,
         [0, 1, 2, 3],
-        (ElementQuad1, ElementQuad2),
+        (skfem.ElementQuad1, skfem.ElementQuad2),
         (None, None),
         ("bilinear", "biquadratic", "quadrilaterals"),
     ),
@@ -193,7 +182,7 @@ class ElasticBody:
     ((30, 30), [[0, 1], [0, 2], [1, 1]])
     """
 
-    mesh: Mesh
+    mesh: skfem.Mesh
     material: Material | Mapping[str, Material]
     supports: Sequence[Support] = ()
     loads: "Sequence[BodyLoad]" = ()
@@ -230,21 +219,21 @@ class ElasticBody:
         return next(kind for kind in KINDS.values() if isinstance(self.mesh, kind.mesh))
 
     @cached_property
-    def basis(self) -> Basis:
+    def basis(self) -> skfem.Basis:
         """scikit-fem's basis of the displacements."""
-        return Basis(self.mesh, self.element, intorder=self.kind.degrees[self.order - 1])
+        return skfem.Basis(self.mesh, self.element, intorder=self.kind.degrees[self.order - 1])
 
     @cached_property
-    def element(self) -> ElementVector:
+    def element(self) -> skfem.ElementVector:
         """scikit-fem's vector element."""
-        return ElementVector(self.kind.elements[self.order - 1]())
+        return skfem.ElementVector(self.kind.elements[self.order - 1]())
 
     @cached_property
     def stiffness(self) -> sparse.csr_array:
         """Stiffness of the unsupported body, (N, N) [force/length]."""
         return self.integrated(lambda material: linear_elasticity(*material.lame(self.plane)))
 
-    def integrated(self, form: Callable[[Material], BilinearForm]) -> sparse.csr_array:
+    def integrated(self, form: Callable[[Material], skfem.BilinearForm]) -> sparse.csr_array:
         """The matrix (N, N) of a form of each material, integrated over the body."""
         found = sparse.csr_array((self.basis.N, self.basis.N))
         for material, elements in self.parts():
@@ -276,15 +265,15 @@ class ElasticBody:
             raise ProblemError(f"boundary '{boundary}': not in the mesh; its boundaries are {listed}")
         return np.asarray(named[boundary])
 
-    def facet_basis(self, boundary: str) -> FacetBasis:
+    def facet_basis(self, boundary: str) -> skfem.FacetBasis:
         """scikit-fem's basis on a named boundary, for loads."""
         if boundary not in self._facet_bases:
             facets = self.facets(boundary)
-            self._facet_bases[boundary] = FacetBasis(self.mesh, self.element, facets=facets)
+            self._facet_bases[boundary] = skfem.FacetBasis(self.mesh, self.element, facets=facets)
         return self._facet_bases[boundary]
 
     @cached_property
-    def _facet_bases(self) -> dict[str, FacetBasis]:
+    def _facet_bases(self) -> dict[str, skfem.FacetBasis]:
         """The bases asked for so far: the loads, normals and areas of a boundary share one."""
         return {}
 
@@ -301,6 +290,37 @@ class ElasticBody:
                 rows += [self.rows_on(held.boundary, direction) for direction in held.holds(self.dimension)]
         return np.unique(np.concatenate(rows))
 
+    def surface(self, boundary: str, shift: int = 0) -> ContactSurface:
+        """Nodes and facets of a named boundary; labels are the numbers of the nodes plus ``shift``."""
+        mesh, facets, inside = self.mesh, [], []
+        for facet in self.facets(boundary):
+            corners = np.asarray(mesh.facets[:, facet])
+            if self.dimension == 3:
+                corners = self._around(corners)
+            between = self._between(int(facet), corners) if self.order == 2 else ()
+            facets.append(np.array([*corners.tolist(), *between]))
+            inside.append(mesh.p[:, mesh.t[:, mesh.f2t[0, facet]]].mean(axis=1))
+        labels = np.unique(np.concatenate(facets))
+        shifted = [(nodes + shift).tolist() for nodes in facets]
+        return ContactSurface(labels + shift, self.positions(labels), shifted, np.array(inside))
+
+    def _between(self, facet: int, corners: IntArray) -> list[int]:
+        """Nodes on the sides of a second-order facet, in order around it, then one in its middle, if any."""
+        every = np.unique(self.dofs[self.basis.get_dofs(np.array([facet])).flatten(), 0])
+        others = every[~np.isin(every, corners)]
+        if self.dimension == 2:
+            return [int(node) for node in others]
+        at = self.positions(corners)
+        middles = np.vstack([0.5 * (at + np.roll(at, -1, axis=0)), at.mean(axis=0)])
+        apart = np.linalg.norm(self.positions(others)[None] - middles[:, None], axis=2)
+        return [int(others[k]) for k in apart[: len(others)].argmin(axis=1)]
+
+    def _around(self, corners: IntArray) -> IntArray:
+        """Corners of a face in order around it."""
+        arms = self.positions(corners) - self.positions(corners).mean(axis=0)
+        first, second = np.linalg.svd(arms)[2][:2]
+        return corners[np.argsort(np.arctan2(arms @ second, arms @ first))]
+
     def normals_on(self, boundary: str) -> tuple[IntArray, FloatArray]:
         """Nodes of a named boundary, (n,), and unit normals into the body there, (n, 2) or (n, 3).
 
@@ -308,17 +328,12 @@ class ElasticBody:
         left, those of a solid in the order of their numbers. Where facets meet, the normal is the mean of
         theirs, weighted by length (of a solid by area).
         """
-        basis = self.facet_basis(boundary)
-        outward, weight = np.asarray(basis.normals), np.zeros((self.basis.N, self.dimension))
-        for k, facet in enumerate(self.facets(boundary)):
-            rows = self.basis.get_dofs(np.array([facet])).flatten()
-            weight[rows] -= (outward[:, k, :] * basis.dx[k]).sum(axis=1)
-        rows = self.rows_on(boundary, 1)
-        normals = weight[rows] / np.linalg.norm(weight[rows], axis=1)[:, None]
+        surface = self.surface(boundary)
+        nodes, normals = surface.labels, surface.nodal_normals
         if self.dimension == 3:
-            return self.dofs[rows, 0], normals
-        order = np.concatenate(self.strips(boundary, self.dofs[rows, 0], normals))
-        return self.dofs[rows[order], 0], normals[order]
+            return nodes, normals
+        order = np.concatenate(self.strips(boundary, nodes, normals))
+        return nodes[order], normals[order]
 
     def strips(self, boundary: str, nodes: IntArray, normals: FloatArray) -> list[IntArray]:
         """Some nodes of a plane body's boundary, in order, as :func:`~shakedown.joint.places.strips`."""
@@ -332,7 +347,7 @@ class ElasticBody:
 
     def areas_on(self, boundary: str, nodes: IntArray) -> FloatArray:
         """The area of a named boundary that each node stands for: ∫ N_j ds times the thickness, (n,)."""
-        form = LinearForm(lambda v, w: v[0]).assemble(self.facet_basis(boundary))
+        form = skfem.LinearForm(lambda v, w: v[0]).assemble(self.facet_basis(boundary))
         of_node = np.zeros(self.dofs[:, 0].max() + 1)
         rows = self.dofs[:, 1] == 1
         of_node[self.dofs[rows, 0]] = form[rows]

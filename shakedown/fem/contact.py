@@ -5,24 +5,31 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.spatial import KDTree
 
 from shakedown.fem.body import ElasticBody, IntArray, tied
-from shakedown.fem.loads import Bolt, History, sampled
-from shakedown.fem.modes import ModalLoad, check_balanced, determinate_rows, mass_of, sine, stuck_mode
-from shakedown.fem.origin import Contact, origin_text
+from shakedown.fem.loads import (
+    Bolt,
+    History,
+    ModalLoad,
+    check_balanced,
+    determinate_rows,
+    mass_of,
+    sampled,
+    sine,
+    stuck_mode,
+)
+from shakedown.fem.origin import origin_text
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
 from shakedown.joint.arguments import node_numbers, real_array
-from shakedown.joint.loading import with_initial_gap
 from shakedown.joint.places import (
     arc_lengths,
     bearing_no_pressure,
     faces_among,
-    split_face,
     without_cancelled,
 )
 from shakedown.joint.problem import Problem
@@ -32,57 +39,6 @@ from shakedown.models.condensation.load_case import LoadCase, without_closing
 from shakedown.models.condensation.stiffness_checks import with_shanks
 from shakedown.models.condensation.surface_coupling import SurfaceCoupling, surface_coupling
 from shakedown.models.condensation.surface_mesh import ContactSurface, hat_areas
-
-
-def contact_faces(body: ElasticBody, boundary: str, nodes: IntArray) -> NDArray[np.intp] | None:
-    """The faces of a boundary whose corners are all among ``nodes``, (k, 4); a triangle ends with −1.
-
-    A plane body has none (None). Faces with nodes on their sides are split at these.
-    """
-    if body.dimension == 2:
-        return None
-    found: list[tuple[int, ...]] = []
-    for facet in body.facets(boundary):
-        every = np.unique(body.dofs[body.basis.get_dofs(np.array([facet])).flatten(), 0])
-        corners = _around(body, body.mesh.facets[:, facet])
-        others = every[~np.isin(every, corners)]
-        found += split_face(
-            corners.tolist(), others.tolist(), body.positions(np.concatenate([corners, others]))
-        )
-    return faces_among(np.array(found), nodes.tolist())
-
-
-def meshed_surface(body: ElasticBody, boundary: str, shift: int = 0) -> ContactSurface:
-    """Nodes and facets of a boundary; labels are the numbers of the nodes plus ``shift``."""
-    mesh, facets, inside = body.mesh, [], []
-    for facet in body.facets(boundary):
-        corners = np.asarray(mesh.facets[:, facet])
-        if body.dimension == 3:
-            corners = _around(body, corners)
-        facets.append([*corners.tolist(), *(_between(body, int(facet), corners) if body.order == 2 else ())])
-        inside.append(mesh.p[:, mesh.t[:, mesh.f2t[0, facet]]].mean(axis=1))
-    labels = np.unique(np.concatenate([np.array(nodes) for nodes in facets]))
-    shifted = [[node + shift for node in nodes] for nodes in facets]
-    return ContactSurface(labels + shift, body.positions(labels), shifted, np.array(inside))
-
-
-def _between(body: ElasticBody, facet: int, corners: IntArray) -> list[int]:
-    """Nodes on the sides of a second-order facet, in order around it, then the one in its middle, if any."""
-    every = np.unique(body.dofs[body.basis.get_dofs(np.array([facet])).flatten(), 0])
-    others = every[~np.isin(every, corners)]
-    if body.dimension == 2:
-        return [int(node) for node in others]
-    at = body.positions(corners)
-    middles = np.vstack([0.5 * (at + np.roll(at, -1, axis=0)), at.mean(axis=0)])
-    apart = np.linalg.norm(body.positions(others)[None] - middles[:, None], axis=2)
-    return [int(others[k]) for k in apart[: len(others)].argmin(axis=1)]
-
-
-def _around(body: ElasticBody, corners: IntArray) -> IntArray:
-    """Corners of a face in order around it."""
-    arms = body.positions(corners) - body.positions(corners).mean(axis=0)
-    first, second = np.linalg.svd(arms)[2][:2]
-    return corners[np.argsort(np.arctan2(arms @ second, arms @ first))]
 
 
 @checked
@@ -173,33 +129,32 @@ def contact_problem(
         x = arc_lengths(joint.place, frame.tangents, body.strips(boundary, own, frame.normals))
     else:
         x = patch_positions(joint.place, frame.normals, tangent)
-    bare = joint.reduced.problem(cases, f, x=x, name=name, units=units)
+    initial = gap(joint.place.T) if callable(gap) else gap
+    bare = joint.reduced.problem(cases, f, x=x, gap=initial, name=name, units=units)
     area = joint.areas(body.areas_on(boundary, own), own, body.thickness)
-    made = replace(
+    return replace(
         bare,
         label=label,
         coordinates=_in_space(joint.place),
         normal=_in_space(frame.normals),
         tangent=_in_space(frame.tangents) if plane else None,
         node_area=area,
-        faces=contact_faces(body, boundary, own),
+        faces=None if plane else faces_among(np.array(joint.surface.split()), own.tolist()),
         load_names=tuple(case.name for case in cases),
         source=origin_text(
             [(body, boundary), *([] if against is None else [against])],
-            Contact(
-                f, gap, steps, bolts, coupling, joint.free, [(load.mode, load.frequency) for load in modal]
-            ),
+            steps,
+            {
+                "friction": f,
+                "gap": gap if callable(gap) or np.any(gap) else "none",
+                "coupling": None if coupling == "nodes" else coupling,
+                "bolts": tuple(bolts),
+                "free": "held, statically determinate, for the condensation alone" if joint.free else None,
+                "modes": tuple({"mode": load.mode, "frequency": load.frequency} for load in modal),
+            },
             (*closing, *bearing_no_pressure(area, label), *joint.warnings),
         ),
     )
-    return _with_gap(made, joint, gap)
-
-
-def _with_gap(made: Problem, joint: "_Joint", gap: ArrayLike | Callable[[FloatArray], ArrayLike]) -> Problem:
-    initial = np.asarray(gap(joint.place.T) if callable(gap) else gap, dtype=float)
-    if initial.ndim and len(initial) == made.n:
-        initial = joint.reduced.frame.weighted(initial)
-    return with_initial_gap(made, initial) if initial.any() else made
 
 
 @checked
@@ -291,7 +246,8 @@ class _Joint:
         if against is not None and against[0].dimension != body.dimension:
             raise ProblemError("contact: expected two plane bodies or two solid ones, found one of each")
         shift = int(body.dofs[:, 0].max()) + 1 + len(body.rigid)  # where the nodes of the second body begin
-        self.coupling = _coupled(body, boundary, against, shift, coupling, reach)
+        self.surface = body.surface(boundary)
+        self.coupling = _coupled(self.surface, against, shift, coupling, reach)
         nodes, normals = body.normals_on(boundary)
         normals, place = _in_symmetry_planes(body, nodes, normals), body.positions(nodes)
         kept, met, numbers = _not_held(body, nodes), [nodes], nodes
@@ -320,7 +276,7 @@ class _Joint:
         else:
             fixed = np.flatnonzero(self.ties.T @ np.isin(np.arange(self.size), np.concatenate(held)))
         self.place, self.numbers = place[kept], numbers[kept]
-        self.middle_nodes = _middle_nodes(body, boundary)
+        self.middle_nodes = self.surface.middle_nodes
         self.reduced = condensed_stiffness(
             self.ties.T @ self.stiffness @ self.ties,
             dofs,
@@ -388,8 +344,7 @@ def _reduced(case: LoadCase, ties: sparse.csr_array) -> LoadCase:
 
 
 def _coupled(
-    body: ElasticBody,
-    boundary: str,
+    surface: ContactSurface,
     against: tuple[ElasticBody, str] | None,
     shift: int,
     coupling: str,
@@ -402,15 +357,7 @@ def _coupled(
         return None
     if against is None:
         raise ProblemError("coupling: expected a second body beside 'mortar', found none")
-    slave = meshed_surface(body, boundary)
-    return surface_coupling(slave, meshed_surface(*against, shift), reach=reach)
-
-
-def _middle_nodes(body: ElasticBody, boundary: str) -> IntArray:
-    """(node between two corners, these corners), (t, 3), of facets whose corners carry no pressure."""
-    if body.order == 1 or body.dimension == 2:
-        return np.zeros((0, 3), dtype=np.intp)
-    return meshed_surface(body, boundary).middle_nodes
+    return surface_coupling(surface, against[0].surface(against[1], shift), reach=reach)
 
 
 def _all_places(bodies: Sequence[ElasticBody], shift: int) -> dict[int, list[float]]:

@@ -5,12 +5,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from math import inf, isfinite
+from pathlib import Path
 
 import numpy as np
 from skfem import Mesh, MeshHex, MeshQuad
 
 from shakedown.fem.body import KINDS
-from shakedown.fem.origin import remember_file
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
 from shakedown.joint.arguments import checked
@@ -18,7 +18,9 @@ from shakedown.models.readers.formats import format_of, read_any_mesh
 from shakedown.models.readers.mesh import CORNERS, SOLIDS
 from shakedown.models.readers.mesh import Mesh as MeshOfFile
 from shakedown.models.readers.mesh_files import read_by_meshlane
+from shakedown.models.readers.text import sha256
 
+FILE = "read_from"  # attribute of a mesh: name and SHA-256 of the file that it was read from
 REACH = 1e-9  # of a boundary, relative to the size of the mesh
 
 
@@ -159,7 +161,9 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
             f"{name}: expected first-order tetrahedra, hexahedra, triangles or quadrilaterals, "
             f"found {known or 'no cells'}"
         )
-    return remember_file(_named(raw, *shapes), path)
+    mesh = _named(raw, *shapes)
+    setattr(mesh, FILE, {"name": Path(path).name, "sha256": sha256(path)})
+    return mesh
 
 
 def _named(raw: MeshOfFile, shape: str) -> Mesh:

@@ -19,7 +19,7 @@ from shakedown.fem import (
     contact_problem,
     modal_load,
 )
-from shakedown.fem.modes import mass_of
+from shakedown.fem.loads import mass_of
 
 STEEL = Material(100.0, 0.3, density=2.0)
 SIZE, COUNTS = (4.0, 1.0), (8, 2)

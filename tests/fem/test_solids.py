@@ -28,7 +28,7 @@ from shakedown.fem import (
     contact_problem,
     read_mesh,
 )
-from shakedown.fem.contact import contact_faces
+from shakedown.joint.places import faces_among
 
 STEEL = Material(210e3, 0.3)
 LOADS = (
@@ -62,12 +62,18 @@ def test_a_pressure_arrives_as_nodal_forces_over_the_areas(tetrahedra):
 def test_the_faces_of_a_contact_cover_it_once(tetrahedra, order):
     body = block(order=order, tetrahedra=tetrahedra)
     nodes, _ = body.normals_on("bottom")
-    faces, place = contact_faces(body, "bottom", nodes), body.positions(nodes)
+    faces, place = (
+        faces_among(np.array(body.surface("bottom").split()), nodes.tolist()),
+        body.positions(nodes),
+    )
     corners = place[np.where(faces < 0, faces[:, :1], faces)]  # of a triangle the first one twice
     across = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     assert 0.5 * np.linalg.norm(across, axis=1).sum() == pytest.approx(body.extent_of("bottom"))
     np.testing.assert_array_equal(np.unique(faces[faces >= 0]), np.arange(len(nodes)))
-    assert len(contact_faces(body, "bottom", nodes[1:])) == len(faces) - (faces == 0).any(axis=1).sum()
+    assert (
+        len(faces_among(np.array(body.surface("bottom").split()), nodes[1:].tolist()))
+        == len(faces) - (faces == 0).any(axis=1).sum()
+    )
     assert (faces[:, 3] < 0).all() == tetrahedra
 
 

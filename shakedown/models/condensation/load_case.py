@@ -3,10 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from shakedown.ground.argument_kinds import check_fields
 from shakedown.ground.constants import FloatArray
@@ -15,6 +14,8 @@ from shakedown.ground.shown_values import LONGEST_NAME, shortened, visible
 from shakedown.joint.arguments import real_array
 from shakedown.joint.result import Result
 
+# An array; as it is given, also what NumPy can turn into one, or None.
+GivenArray = FloatArray | Any
 LARGEST_DOMAIN = 12  # ranges; 4096 corners
 MEAN_ROUND_OFF = 16 * np.finfo(float).eps  # of a mean of factors, relative to the largest of them
 
@@ -74,37 +75,18 @@ class LoadCase(Result):
     (8,)
     """
 
-    history: FloatArray | None = None
-    force: FloatArray | None = None
-    displacement: FloatArray | None = None
-    reactions: FloatArray | None = None
-    opened: FloatArray | None = None
+    history: GivenArray = None
+    force: GivenArray = None
+    displacement: GivenArray = None
+    reactions: GivenArray = None
+    opened: GivenArray = None
     mean: float | None = None
-    transient: FloatArray | None = None
-    range: FloatArray | None = None
+    transient: GivenArray = None
+    range: GivenArray = None
     value: float | None = None
     unit: str = ""
     frequency: float | None = None
     name: str = "load case"
-
-    if TYPE_CHECKING:  # whatever NumPy can turn into an array is accepted
-
-        def __init__(
-            self,
-            *,
-            history: ArrayLike | None = None,
-            force: ArrayLike | None = None,
-            displacement: ArrayLike | None = None,
-            reactions: ArrayLike | None = None,
-            opened: ArrayLike | None = None,
-            mean: float | None = None,
-            transient: ArrayLike | None = None,
-            range: ArrayLike | None = None,
-            value: float | None = None,
-            unit: str = "",
-            frequency: float | None = None,
-            name: str = "load case",
-        ) -> None: ...
 
     def __post_init__(self) -> None:
         check_fields(self, ProblemError, only=("mean", "value", "unit", "frequency", "name"))

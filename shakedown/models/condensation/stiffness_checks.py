@@ -12,6 +12,7 @@ from scipy.sparse.linalg import eigsh
 from shakedown.ground.constants import EACH_SHOWN, MANY_ROWS, NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.tolerances import DEFAULT
+from shakedown.models.condensation.surface_mesh import rigid_rows
 
 Places = Mapping[int, Sequence[float]]  # node → (x, y, z)
 _SAME = 1e-5  # part of a motion that must lie outside the free ones for it not to be one of them
@@ -110,15 +111,13 @@ def rigid_motions(dofs: NDArray[np.intp], xyz: FloatArray, axes: Sequence[int]) 
     [[1.0, 0.0, -4.0], [0.0, 1.0, 3.0]]
     """
     direction = np.where(dofs[:, 0] >= 0, dofs[:, 1], 0)  # internal nodes stay as they are
-    columns = [np.where(direction == axis, 1.0, 0.0) for axis in axes]
-    moving = np.flatnonzero(np.isin(direction, axes))
-    for about in (1, 2, 3) if len(axes) == 3 else sorted({1, 2, 3} - set(axes)) if len(axes) == 2 else ():
-        turned = np.where(direction == 3 + about, 1.0, 0.0)
-        turned[moving] = np.cross(np.eye(3)[about - 1], xyz[moving])[
-            np.arange(len(moving)), direction[moving] - 1
-        ]
-        columns.append(turned)
-    return np.column_stack(columns)
+    about = {3: [3, 4, 5], 2: [2 + axis for axis in {1, 2, 3}.difference(axes)]}.get(len(axes), [])
+    found = np.zeros((len(dofs), 6))
+    moving = np.isin(direction, axes)
+    found[moving] = rigid_rows(xyz[moving])[np.arange(moving.sum()), direction[moving] - 1]
+    turning = np.flatnonzero((direction > 3) & (direction <= 6))
+    found[turning, direction[turning] - 1] = 1.0
+    return found[:, [*(axis - 1 for axis in axes), *about]]
 
 
 def _nodes(labels: list[int]) -> str:

@@ -3,15 +3,16 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.ground.constants import ITERATIONS, NEGLIGIBLE, ROUND_OFF, FloatArray
 from shakedown.ground.errors import ProblemError
 from shakedown.joint.arguments import real_array
+from shakedown.joint.places import split_face
 from shakedown.joint.result import Result
 
 CORNERS = {(2, 2): 2, (2, 3): 2, (3, 3): 3, (3, 6): 3, (3, 4): 4, (3, 8): 4, (3, 9): 4}  # by dimension, nodes
@@ -153,16 +154,10 @@ class ContactSurface(Result):
         If there is no facet, a facet is of another kind or has a node without a place, or has no area.
     """
 
-    labels: IntArray
-    places: FloatArray
-    facets: Sequence[tuple[int, ...]]
-    inside: FloatArray
-
-    if TYPE_CHECKING:  # whatever NumPy can turn into an array is accepted
-
-        def __init__(
-            self, labels: ArrayLike, places: ArrayLike, facets: Sequence[Sequence[int]], inside: ArrayLike
-        ) -> None: ...
+    labels: IntArray | Any  # what NumPy can turn into arrays is accepted
+    places: FloatArray | Any
+    facets: Sequence[Any]
+    inside: FloatArray | Any
 
     def __post_init__(self) -> None:
         labels = real_array("labels", self.labels)
@@ -303,6 +298,15 @@ class ContactSurface(Result):
     def size(self) -> float:
         """Median size of the facets [length]."""
         return float(np.median(self.areas ** (1.0 / (self.dimension - 1))))
+
+    def split(self) -> list[tuple[int, ...]]:
+        """Facets in space, cut at nodes between their corners: four labels each, −1 last of a triangle."""
+        place = dict(zip(self.labels.tolist(), self.places, strict=True))
+        found: list[tuple[int, ...]] = []
+        for facet in self.facets:
+            count = CORNERS[3, len(facet)]
+            found += split_face(facet[:count], facet[count:], np.array([place[node] for node in facet]))
+        return found
 
     @cached_property
     def middle_nodes(self) -> IntArray:

@@ -75,8 +75,8 @@ def contact_directions(
     said, given = _axes(table, mesh), _given(table, len(first))
     if said is None and given is not None and given.shape[-1] == 2:
         said = PLANE
-    normals = _of_faces(table, mesh, first, said or SPACE, faces) if given is None else given
     surface = table.text("surface", required=False)
+    normals = _of_faces(table, mesh, first, said or SPACE, faces, surface) if given is None else given
     axes = said or (PLANE if assume_plane and _in_plane(normals, exactly=given is not None) else SPACE)
     columns = [axis - 1 for axis in axes]
     along = normals[:, columns] if given is None and said is None else normals
@@ -204,16 +204,18 @@ def _along(table: TomlTable, vectors: FloatArray, axes: Axes) -> FloatArray:
 
 
 def _of_faces(
-    table: TomlTable, mesh: Mesh, first: NDArray[np.intp], axes: Axes, faces: FloatArray | None
+    table: TomlTable,
+    mesh: Mesh,
+    first: NDArray[np.intp],
+    axes: Axes,
+    faces: FloatArray | None,
+    surface: str | None,
 ) -> FloatArray:
-    """Normals from the faces of the model, or of the surface that ``surface`` names."""
+    """Normals from the faces of the model, or of a surface of it."""
     if not mesh.elements:
         raise table.unfit("one of 'normal' and 'normals', or [model] with a deck that has elements", "none")
-    twin = TomlTable(dict(table.content), table.where)
     with found_in(table.where):
-        if faces is not None:
-            return mesh.normals_along(first, faces, axes)
-        return mesh.normals(first, axes, twin.text("surface", required=False))
+        return mesh.normals(first, axes, surface) if faces is None else mesh.normals_along(first, faces, axes)
 
 
 def _tangent(table: TomlTable, mesh: Mesh, first: NDArray[np.intp], normals: FloatArray) -> FloatArray | None:

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.joint.contact_patches import NEIGHBOURS
-from shakedown.joint.places import arc_lengths, faces_among, split_face, strips
+from shakedown.joint.places import arc_lengths, faces_among, strips
 from shakedown.models.condensation.contact_frame import SPACE, check_unique, node_names, patch_positions
 from shakedown.models.condensation.surface_coupling import REACH, SurfaceCoupling, surface_coupling
 from shakedown.models.condensation.surface_mesh import (
@@ -334,13 +334,8 @@ def faces_between(contact: ContactSection, mesh: Mesh) -> NDArray[np.intp] | Non
     """The corners of a contact's faces in space as numbers of its nodes, (k, 4); None for a plane one."""
     if contact.axes != SPACE:
         return None
-    found = [
-        face
-        for part in contact.parts
-        for facet in mesh.boundary(set(part.first.tolist()), part.surface)
-        if len(facet.corners) > 2  # no edge of a plate
-        for face in split_face(facet.corners, facet.between, mesh.at(facet.nodes))
-    ]
+    surfaces = [mesh.surface(part.first, part.surface) for part in contact.parts if mesh.elements]
+    found = [face for own in surfaces if own is not None and own.dimension == 3 for face in own.split()]
     return faces_among(np.array(found), contact.first.tolist()) if found else None
 
 

@@ -22,41 +22,12 @@ from shakedown.models.condensation.condense import Condensation, condensed_stiff
 from shakedown.models.condensation.contact_frame import SPACE, friction_left_out
 from shakedown.models.condensation.load_case import without_closing
 from shakedown.models.condensation.stiffness_checks import with_shanks
-from shakedown.models.importing.bolt_section import (
-    BoltSection,
-    bolt_doubts,
-    bolt_notes,
-    bolt_section,
-    check_bolts,
-    check_held,
-)
+from shakedown.models.importing import bolt_section, load_evidence, load_section, model_evidence
 from shakedown.models.importing.contact_directions import in_space
 from shakedown.models.importing.contact_section import ContactSection, faces_between, taken_friction
 from shakedown.models.importing.joined_contact import contact_of, friction_of
-from shakedown.models.importing.load_evidence import (
-    LoadEvidence,
-    Resultants,
-    acting_loads,
-    load_doubts,
-    pulled_open,
-)
-from shakedown.models.importing.load_section import (
-    LoadSection,
-    absent_before,
-    held_keys,
-    held_rows,
-    load_section,
-    static_run,
-    uneven,
-    vary_loads,
-)
-from shakedown.models.importing.model_evidence import (
-    ModelEvidence,
-    check_contact,
-    model_evidence,
-    rigid_motions_of_bodies,
-    source_text,
-)
+from shakedown.models.importing.load_evidence import LoadEvidence
+from shakedown.models.importing.model_evidence import ModelEvidence
 from shakedown.models.importing.model_section import NOTHING, model_section
 from shakedown.models.importing.stiffness_section import ImportContext, circumference_notes, stiffness_section
 from shakedown.models.readers.mapped_matrices import NUMBERED
@@ -384,7 +355,7 @@ def import_model(
         As :func:`import_problem`.
     """
     root, files = read_toml(config_path), InputFiles(Path(config_path).parent)
-    numbers = vary_loads(root, changes or {})
+    numbers = load_section.vary_loads(root, changes or {})
     for key, value in numbers.items():
         change_number(root, key, value)
     kept = before if before is not None and all(map(keeps_stiffness, numbers)) else None
@@ -392,18 +363,18 @@ def import_model(
     context = read_model(asked, files, None if kept is None else (kept.mesh, kept.stiffness))
     contact, mesh = context.contact, context.mesh
     f = friction_of(asked.friction, contact, context.mesh, root.where)
-    doubts = check_contact(contact, mesh, f"{root.where}: contact")
-    check_bolts(asked.bolts, [*asked.loads, asked.check], context.mesh, root.where)
-    loads = [load_section(table, context) for table in asked.loads]
+    doubts = model_evidence.check_contact(contact, mesh, f"{root.where}: contact")
+    bolt_section.check_bolts(asked.bolts, [*asked.loads, asked.check], context.mesh, root.where)
+    loads = [load_section.load_section(table, context) for table in asked.loads]
     with found_in(root.where):
         closed, closing = without_closing([load.case for load in loads], asked.steps)
     loads = [replace(load, case=case) for load, case in zip(loads, closed, strict=True)]
-    bolts = [bolt_section(table, context) for table in asked.bolts]
+    bolts = [bolt_section.bolt_section(table, context) for table in asked.bolts]
     if kept is None:
         condensed, difference, evidence = _reduced(asked, context, loads, bolts, doubts, announce)
     else:
         condensed, difference, evidence = kept.condensation, kept.static_run, kept.evidence
-    acting = acting_loads(loads, bolts, condensed, units_in(asked.units).force)
+    acting = load_evidence.acting_loads(loads, bolts, condensed, units_in(asked.units).force)
     cases, stiffness, frame = acting.cases, context.stiffness, condensed.frame
     bare = condensed.problem(
         cases, f, x=contact.x, gap=contact.gap, name=asked.name, units=asked.units, welded=acting.welded
@@ -418,9 +389,9 @@ def import_model(
         *evidence.warnings,
         *without,
         *closing,
-        *load_doubts(acting, names, condensed.stiffness),
-        *bolt_doubts(bolts, names[len(asked.loads) :], evidence.bodies, normals, stiffness.dofs),
-        *pulled_open(bare, np.asarray(contact.gap)),
+        *load_evidence.load_doubts(acting, names, condensed.stiffness),
+        *bolt_section.bolt_doubts(bolts, names[len(asked.loads) :], evidence.bodies, normals, stiffness.dofs),
+        *load_evidence.pulled_open(bare, np.asarray(contact.gap)),
     )
     warnings, accepted = _parted(doubts, asked.accepted)
     typed = [*([command] if command else []), *(f"{key}={value!r}" for key, value in (changes or {}).items())]
@@ -434,9 +405,9 @@ def import_model(
         faces=faces_between(contact, mesh),
         stiffness_accuracy=stiffness.accuracy,
         load_names=names,
-        source=source_text(config_path, sources, " ".join(typed), warnings),
+        source=model_evidence.source_text(config_path, sources, " ".join(typed), warnings),
     )
-    resultants = Resultants(stiffness, contact, frame, evidence, mesh, bolts)
+    resultants = load_evidence.Resultants(stiffness, contact, frame, evidence, mesh, bolts)
     return Import(
         problem=problem,
         condensation=condensed,
@@ -458,9 +429,9 @@ def import_model(
             *evidence.notes,
             *_contact_notes(context),
             *circumference_notes(stiffness, mesh),
-            *absent_before(cases, names),
-            *uneven(cases),
-            *bolt_notes(bolts, names, acting.welded, acting.pulls),
+            *load_section.absent_before(cases, names),
+            *load_section.uneven(cases),
+            *bolt_section.bolt_notes(bolts, names, acting.welded, acting.pulls),
         ),
         path=os.fspath(config_path),
     )
@@ -477,22 +448,24 @@ def _parted(doubts: Iterable[str], accepted: Sequence[str]) -> tuple[tuple[str, 
 def _reduced(
     asked: Configuration,
     context: ImportContext,
-    loads: list[LoadSection],
-    bolts: list[BoltSection],
+    loads: list[load_section.LoadSection],
+    bolts: list[bolt_section.BoltSection],
     doubts: tuple[str, ...],
     announce: Callable[[str], None] | None,
 ) -> tuple[Condensation, float, ModelEvidence]:
     """The condensed model, its difference from a static run, and what was found of the model."""
     stiffness, contact, mesh = context.stiffness, context.contact, context.mesh
-    held = np.concatenate([held_rows(asked.supports, context, loads), *(bolt.rows for bolt in bolts)])
+    own = load_section.held_rows(asked.supports, context, loads)
+    held = np.concatenate([own, *(bolt.rows for bolt in bolts)])
     marks = np.zeros(len(stiffness.dofs), dtype=bool)
     marks[held] = True
     forces = [load.case.force for load in loads if load.case.force is not None]
     alone = (stiffness.parts < 0) & ~np.any(forces, axis=0) if forces else stiffness.parts < 0
     with found_in(asked.where):
-        check_held(bolts, held, stiffness.dofs)
+        bolt_section.check_held(bolts, held, stiffness.dofs)
         shanks = [(bolt.stiffness, bolt.unit.force) for bolt in bolts if bolt.unit.force is not None]
         pulled = replace(stiffness, K=with_shanks(stiffness.K, shanks))
+        rigid = model_evidence.rigid_motions_of_bodies(pulled, marks, mesh) if stiffness.accuracy else None
         condensed = condensed_stiffness(
             pulled.K,
             stiffness.dofs,
@@ -506,11 +479,11 @@ def _reduced(
             coupling=contact.coupling,
             middle_nodes=contact.middle_nodes,
             places=mesh.places,
-            rigid=None if stiffness.accuracy is None else rigid_motions_of_bodies(pulled, marks, mesh),
+            rigid=rigid,
             announce=announce,
         )
-    difference = static_run(asked.check, condensed, context, asked.stiffness_file)
-    return condensed, difference, model_evidence(stiffness, contact, held, mesh, doubts, alone)
+    difference = load_section.static_run(asked.check, condensed, context, asked.stiffness_file)
+    return condensed, difference, model_evidence.model_evidence(stiffness, contact, held, mesh, doubts, alone)
 
 
 def _contact_notes(context: ImportContext) -> Iterator[str]:
@@ -545,7 +518,8 @@ def read_model(
     contact, where = contact_of(asked.contacts, mesh, files), asked.contacts[0].where
     stiffness = stiffness_section(asked.stiffness, contact, mesh, files) if kept is None else kept[1]
     _check_directions(contact, stiffness, mesh, where)
-    if contact.assumed and _moves_across(contact, stiffness, held_keys(asked.supports, asked.loads, mesh)):
+    held = load_section.held_keys(asked.supports, asked.loads, mesh) if contact.assumed else set()
+    if contact.assumed and _moves_across(contact, stiffness, held):
         contact = contact_of(asked.contacts, mesh, files, assume_plane=False)
     return ImportContext(stiffness, contact, mesh, files, asked.steps, bool(asked.check.content))
 
