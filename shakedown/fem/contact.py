@@ -130,10 +130,14 @@ def contact_problem(
     else:
         x = patch_positions(joint.place, frame.normals, tangent)
     initial = gap(joint.place.T) if callable(gap) else gap
-    bare = joint.reduced.problem(cases, f, x=x, gap=initial, name=name, units=units)
     area = joint.areas(body.areas_on(boundary, own), own, body.thickness)
-    return replace(
-        bare,
+    return joint.reduced.problem(
+        cases,
+        f,
+        x=x,
+        gap=initial,
+        name=name,
+        units=units,
         label=label,
         coordinates=_in_space(joint.place),
         normal=_in_space(frame.normals),

@@ -2,7 +2,7 @@
 
 Reading order: ``contact_frame`` (the contact nodes with normals and tangents, and what they face),
 ``load_case``, ``stiffness_checks`` (of matrices from other programs; motions that nothing resists),
-``factorised_interior`` (the interior is eliminated; of large solids by ``fronts``), ``condense`` (the public
+``factorised_interior`` (the interior is eliminated, of large solids front by front), ``condense`` (the public
 functions).
 
 Two surfaces whose meshes do not match are coupled by the dual mortar method, a linear map in front of the

@@ -18,6 +18,7 @@ from shakedown.joint.loading import with_initial_gap
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import zero_modes
+from shakedown.models.condensation import stiffness_checks
 from shakedown.models.condensation.contact_frame import (
     PLANE,
     ContactFrame,
@@ -28,13 +29,6 @@ from shakedown.models.condensation.contact_frame import (
 )
 from shakedown.models.condensation.factorised_interior import Interior, WeldedCase, interior_of
 from shakedown.models.condensation.load_case import LoadCase, histories, stated_loads
-from shakedown.models.condensation.stiffness_checks import (
-    asymmetry,
-    check_against_run,
-    check_condensed,
-    checked_matrix,
-    without_resistance,
-)
 from shakedown.models.condensation.surface_mesh import NodeCoupling
 
 
@@ -172,30 +166,30 @@ class Condensation(Result):
                 f"found {moved.shape} and {forces.shape}"
             )
         local = self.frame.to_local(self.frame.carried(forces))
-        return check_against_run(self.stiffness, self._opened(moved), local, what=what)
+        return stiffness_checks.check_against_run(self.stiffness, self._opened(moved), local, what=what)
 
     def problem(
         self,
         loads: Sequence[LoadCase],
         f: ArrayLike,
         *,
-        x: ArrayLike | None = None,
         gap: ArrayLike = 0.0,
-        name: str = "",
-        units: str = "",
         welded: Sequence[WeldedCase] | None = None,
+        **about: Any,
     ) -> Problem:
         """The problem with these loads and friction coefficients, () or (n,), and an initial gap.
 
         The gap [length] is a number, or one per node or pair; negative is interference. Where a
         load has a range, the load steps are the corners of a load domain (``load_path``). ``welded`` is what
-        :meth:`welded` has found of the loads, where that is known already.
+        :meth:`welded` has found of the loads, where that is known already; ``about`` are other fields of the
+        problem, as ``x``, ``name`` and ``units``.
         """
         factors = histories(loads)
         welded = [self.welded(case) for case in loads] if welded is None else welded
         unit = np.array([each.reactions for each in welded])
-        in_space = {"normal": self.frame.normals, "tangents": self.frame.tangents}
-        acting: dict[str, Any] = in_space if self.layout.d > 1 else {}
+        acting: dict[str, Any] = {"label": self.frame.names, **stated_loads(loads, factors)}
+        if self.layout.d > 1:
+            acting |= {"normal": self.frame.normals, "tangents": self.frame.tangents}
         for part, factor in (("w", factors.period), ("mean", factors.mean), ("transient", factors.transient)):
             if factor is not None:
                 acting[f"q_{part}"], acting[f"p_{part}"] = self.layout.split(factor @ unit)
@@ -204,17 +198,12 @@ class Condensation(Result):
             B=self.B,
             C=self.C,
             f=f,
-            **acting,
-            x=x,
-            label=self.frame.names,
-            name=name,
-            units=units,
             load_reactions=unit,
             load_history=factors.period,
             load_compliance=_compliance(welded),
             load_frequency=_frequencies(loads),
             load_path=DOMAIN if any(case.range is not None for case in loads) else LOOP,
-            **stated_loads(loads, factors),
+            **{**acting, **about},
         )
         initial = np.asarray(gap)
         if initial.ndim == 1 and len(initial) == self.n:
@@ -381,7 +370,7 @@ def condensed_stiffness(
         memory than there is.
     """
     table = checked_dofs(dofs)
-    matrix, constrained = checked_matrix(K, table)
+    matrix, constrained = stiffness_checks.checked_matrix(K, table)
     frame = contact_frame(
         table, contact, normals, axes=axes, tangent=tangent, coupling=coupling, middle_nodes=middle_nodes
     )
@@ -389,11 +378,11 @@ def condensed_stiffness(
     frame, guided = with_guides(frame, table, held)
     across = out_of_plane_notes(frame, table, held, axes, free_out_of_plane)
     if not allow_sparse and np.isin(table[~held, 0], frame.labels).all():
-        check_condensed(matrix[~held][:, ~held], table[~held, 0])
+        stiffness_checks.check_condensed(matrix[~held][:, ~held], table[~held, 0])
     empty = ~held & (np.diff(matrix.indptr) == 0)
     interior = interior_of(matrix, table, frame, held | empty, guided, places, announce)
     stiffness, residual = interior.schur()
-    error = asymmetry(stiffness)
+    error = stiffness_checks.asymmetry(stiffness)
     if error > DEFAULT.symmetry:
         raise ProblemError(
             f"K: expected a symmetric condensed matrix, found an asymmetry of {error:.2g}; its interior "
@@ -401,7 +390,7 @@ def condensed_stiffness(
         )
     stiffness = 0.5 * (stiffness + stiffness.T)
     if rigid is not None and rigid.size:
-        stiffness = without_resistance(stiffness, interior.contact_motions(rigid))
+        stiffness = stiffness_checks.without_resistance(stiffness, interior.contact_motions(rigid))
     A, _, _ = frame.layout.blocks(stiffness)
     A += np.diag(np.where(guided, A.max(), 0.0))
     modes = zero_modes(stiffness)

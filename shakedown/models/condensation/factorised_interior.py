@@ -1,23 +1,368 @@
-"""The interior of an elastic model: one sparse factorization, many right-hand sides."""
+"""The interior of an elastic model: one sparse factorization, many right-hand sides.
 
-from collections.abc import Callable
-from dataclasses import dataclass
+A large one is factorised front by front, with some unknowns kept to the end. The unknowns of each piece of a
+dissection are eliminated in a dense matrix, the front. It holds them and the later unknowns that they are
+coupled to; what remains of it is added to the front of the piece above. The kept unknowns are never
+eliminated: what remains at the end is their Schur complement, and no right-hand side had to be solved for.
+The order of elimination is a nested dissection by the positions of the nodes.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import LinAlgError
+from scipy.linalg.blas import dsyrk, dtrsm
+from scipy.linalg.lapack import dpotrf
+from scipy.sparse.csgraph import dijkstra
 from scipy.sparse.linalg import ArpackError, SuperLU, splu
 
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import FloatArray, memory
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.ground.work_limit import all_cores, threads_of_blas
 from shakedown.models.condensation.contact_frame import ContactFrame
-from shakedown.models.condensation.fronts import FrontFactors, announced, dissection, elimination, factorised
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.condensation.stiffness_checks import Places, loose_motion
+
+IntArray = NDArray[np.intp]
+BYTES = np.dtype(float).itemsize
+LEAF = 60  # nodes eliminated together without further dissection
+LANDMARKS = 8  # nodes whose distances from all others replace unknown positions
+
+
+@dataclass(frozen=True, eq=False)
+class DissectionPiece:
+    """Nodes that are eliminated together, after the pieces on both sides that they separate.
+
+    Attributes
+    ----------
+    nodes : (k,)
+        Nodes, by number.
+    children
+        Positions of these pieces in the order of elimination.
+    """
+
+    nodes: IntArray
+    children: tuple[int, ...]
+
+
+def dissection(graph: sparse.csr_array, places: FloatArray | None = None) -> list[DissectionPiece]:
+    """Cut a graph in two again and again; every cut comes after both of its sides.
+
+    Each part is cut across its longest side through the middle of its nodes. The cut is
+    the nodes of one side that are coupled to the other: whichever are fewer.
+
+    Parameters
+    ----------
+    graph : (k, k)
+        Which nodes are coupled; symmetric pattern.
+    places : (k, 3), optional
+        Positions of the nodes [length]; by default distances in the graph replace them.
+
+    Examples
+    --------
+    >>> chain = sparse.csr_array(np.eye(200, k=1) + np.eye(200, k=-1))
+    >>> pieces = dissection(chain, np.arange(200.0)[:, None])
+    >>> [len(piece.nodes) for piece in pieces], pieces[-1].nodes
+    ([48, 50, 1, 49, 50, 1, 1], array([99]))
+    """
+    found: list[DissectionPiece] = []
+    where = _by_distances(graph) if places is None else places
+    mark = np.zeros(graph.shape[0], dtype=np.int8)
+
+    def cut(nodes: IntArray) -> tuple[int, ...]:
+        """Pieces of these nodes below no other: one, or those of parts that nothing couples."""
+        if not nodes.size:
+            return ()
+        if len(nodes) <= LEAF:
+            return (made(nodes, ()),)
+        axis = int(np.argmax(np.ptp(where[nodes], axis=0)))
+        order = nodes[np.argsort(where[nodes, axis], kind="stable")]
+        one, other = order[: len(order) // 2], order[len(order) // 2 :]
+        between, own = min((facing(one, other), 0), (facing(other, one), 1), key=lambda side: len(side[0]))
+        sides = [one, other]
+        sides[own] = np.setdiff1d(sides[own], between, assume_unique=True)
+        children = cut(sides[0]) + cut(sides[1])
+        return (made(between, children),) if between.size else children
+
+    def facing(side: IntArray, beyond: IntArray) -> IntArray:
+        """Nodes of one side that are coupled to the other."""
+        mark[beyond] = 1
+        rows = graph[side]
+        touching = np.add.reduceat(np.append(mark[rows.indices], 0), rows.indptr[:-1].clip(max=rows.nnz))
+        mark[beyond] = 0
+        return side[(touching > 0) & (np.diff(rows.indptr) > 0)]
+
+    def made(nodes: IntArray, children: tuple[int, ...]) -> int:
+        found.append(DissectionPiece(np.sort(nodes), children))
+        return len(found) - 1
+
+    cut(np.arange(graph.shape[0]))
+    return found
+
+
+def _by_distances(graph: sparse.csr_array) -> FloatArray:
+    """Positions made of distances in the graph: their three main components, (k, 3)."""
+    farthest, rows = 0, []
+    nearest = np.full(graph.shape[0], np.inf)
+    for _ in range(min(LANDMARKS, graph.shape[0])):
+        away = dijkstra(abs(graph), unweighted=True, indices=farthest)
+        away[np.isinf(away)] = graph.shape[0]  # another part: far away
+        rows.append(away)
+        nearest = np.minimum(nearest, away)
+        farthest = int(np.argmax(nearest))
+    away = np.array(rows).T
+    away -= away.mean(axis=0)
+    return np.asarray(away @ np.linalg.eigh(away.T @ away)[1][:, -3:])
+
+
+@dataclass(frozen=True, eq=False)
+class Front:
+    """One step of the elimination; unknowns are numbered in its order.
+
+    Attributes
+    ----------
+    start, stop
+        The unknowns that are eliminated.
+    beyond : (u,)
+        Later unknowns that they are coupled to by then, in increasing order.
+    children
+        The fronts whose remainder is added to this one.
+    """
+
+    start: int
+    stop: int
+    beyond: IntArray
+    children: tuple[int, ...]
+
+    @property
+    def own(self) -> int:
+        """How many unknowns are eliminated."""
+        return self.stop - self.start
+
+
+@dataclass(frozen=True, eq=False)
+class FrontElimination:
+    """The plan of an elimination: order of the unknowns, and its cost.
+
+    Attributes
+    ----------
+    order : (N,)
+        Unknowns in the order of elimination, the kept ones last.
+    count
+        How many are eliminated.
+    fronts
+        In order, each after its children.
+    """
+
+    order: IntArray
+    count: int
+    fronts: list[Front]
+
+    @property
+    def operations(self) -> float:
+        """Multiplications of the factorisation, about."""
+        sizes = np.array([(f.own, len(f.beyond)) for f in self.fronts], dtype=float).reshape(-1, 2)
+        own, beyond = sizes.T
+        return float((own**3 / 3 + own**2 * beyond + own * beyond**2).sum())
+
+    @property
+    def memory(self) -> float:
+        """Largest memory at one time: factors, the fronts that wait, the one in work [bytes]."""
+        factors = waiting = most = 0.0
+        for front in self.fronts:
+            own, beyond = float(front.own), float(len(front.beyond))
+            most = max(most, factors + waiting + own * own + own * beyond + 2 * beyond * beyond)
+            waiting -= sum(float(len(self.fronts[child].beyond)) ** 2 for child in front.children)
+            waiting += beyond * beyond
+            factors += own * own + own * beyond
+            most = max(most, factors + waiting)
+        kept = float(len(self.order) - self.count)
+        return BYTES * (max(most, factors + waiting + kept * kept) + kept * kept)
+
+
+@dataclass(eq=False)
+class FrontFactors:
+    """Factors of the eliminated unknowns, and the Schur complement of the others.
+
+    Attributes
+    ----------
+    plan : FrontElimination
+        The order.
+    schur : (k, k)
+        Schur complement of the kept unknowns, in the order given.
+    """
+
+    plan: FrontElimination
+    schur: FloatArray
+    _parts: list[tuple[FloatArray, FloatArray]] = field(default_factory=list)
+
+    @property
+    def pivots(self) -> FloatArray:
+        """The pivots, (N − k,)."""
+        return np.concatenate([np.diagonal(L) ** 2 for L, _ in self._parts])
+
+    def solve(self, right: FloatArray) -> FloatArray:
+        """K_ii⁻¹ b for right sides (N − k,) or (N − k, r), in the order of the unknowns."""
+        places = np.empty(self.plan.count, dtype=np.intp)
+        places[self.plan.order[: self.plan.count]] = np.arange(self.plan.count)
+        x = np.zeros((len(self.plan.order), 1 if right.ndim == 1 else right.shape[1]))
+        x[: self.plan.count] = right.reshape(self.plan.count, -1)[self.plan.order[: self.plan.count]]
+        for front, (L, below) in zip(self.plan.fronts, self._parts, strict=True):
+            own = slice(front.start, front.stop)
+            x[own] = dtrsm(1.0, L, x[own], lower=1)
+            x[front.beyond] -= below @ x[own]
+        x[self.plan.count :] = 0.0
+        for front, (L, below) in zip(reversed(self.plan.fronts), reversed(self._parts), strict=True):
+            own = slice(front.start, front.stop)
+            x[own] = dtrsm(1.0, L, x[own] - below.T @ x[front.beyond], lower=1, trans_a=1)
+        return x[: self.plan.count][places].reshape(right.shape)
+
+
+def elimination(
+    K: sparse.csr_array, pieces: Sequence[DissectionPiece], unknowns: Sequence[IntArray]
+) -> FrontElimination:
+    """Plan the elimination of all unknowns of the pieces; those of no piece are kept.
+
+    Parameters
+    ----------
+    K : (N, N)
+        Symmetric matrix, kept unknowns last.
+    pieces
+        The pieces into which the nodes are dissected.
+    unknowns
+        The unknowns of every node.
+    """
+    parts = [np.concatenate([unknowns[node] for node in piece.nodes.tolist()]) for piece in pieces]
+    count = sum(map(len, parts))
+    order = np.concatenate([*parts, np.arange(count, K.shape[0])])
+    place = np.empty(len(order), dtype=np.intp)
+    place[order] = np.arange(len(order))
+    fronts: list[Front] = []
+    start = 0
+    for piece, part in zip(pieces, parts, strict=True):
+        stop = start + len(part)
+        coupled = [place[K[part].indices], *(fronts[child].beyond for child in piece.children)]
+        later = np.unique(np.concatenate(coupled))
+        fronts.append(Front(start, stop, later[later >= stop], piece.children))
+        start = stop
+    return FrontElimination(order, count, fronts)
+
+
+def factorised(K: sparse.csr_array, plan: FrontElimination) -> FrontFactors:
+    """Eliminate as planned.
+
+    Raises
+    ------
+    LinAlgError
+        If what is eliminated is not positive definite.
+    """
+    permuted = sparse.csc_array(K[plan.order][:, plan.order])
+    permuted.sort_indices()
+    last = slice(plan.count, None)
+    factors = FrontFactors(plan, np.asfortranarray(permuted[last, last].toarray()))
+    rests: dict[int, FloatArray] = {}
+    roots = set(range(len(plan.fronts))) - {c for front in plan.fronts for c in front.children}
+    for number, front in enumerate(plan.fronts):
+        L, below, rest = _assembled(permuted, front, [(plan.fronts[c], rests.pop(c)) for c in front.children])
+        L, info = dpotrf(L, lower=1, clean=1, overwrite_a=1)
+        if info:
+            raise LinAlgError(f"not positive definite at unknown {front.start + info - 1}")
+        below = dtrsm(1.0, L, below, side=1, lower=1, trans_a=1, overwrite_b=1)
+        if len(front.beyond):
+            rest = dsyrk(-1.0, below, 1.0, rest, lower=1, overwrite_c=1)
+        factors._parts.append((L, below))
+        if number in roots:
+            _add(factors.schur, rest, front.beyond - plan.count)
+        else:
+            rests[number] = rest
+    lower = np.tril(factors.schur)
+    factors.schur = lower + np.tril(lower, -1).T
+    return factors
+
+
+def _assembled(
+    K: sparse.csc_array, front: Front, children: Sequence[tuple[Front, FloatArray]]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """A front before its elimination, in parts: own unknowns, their coupling to later ones, the later ones.
+
+    Of the square parts only the lower triangles count.
+    """
+    own, size = front.own, len(front.beyond)
+    corner, below = np.zeros((own, own), order="F"), np.zeros((size, own), order="F")
+    rest = np.zeros((size, size), order="F")
+    columns = K[:, front.start : front.stop].tocoo()
+    row, column = columns.coords
+    inside = (row >= front.start) & (row < front.stop)
+    corner[row[inside] - front.start, column[inside]] = columns.data[inside]
+    later = row >= front.stop
+    below[np.searchsorted(front.beyond, row[later]), column[later]] = columns.data[later]
+    for child, part in children:
+        split = int(np.searchsorted(child.beyond, front.stop))
+        first = child.beyond[:split] - front.start
+        second = np.searchsorted(front.beyond, child.beyond[split:])
+        _add(corner, part[:split, :split], first)
+        for k, place in enumerate(first.tolist()):
+            below.T[place][second] += part[split:, k]
+        _add(rest, part[split:, split:], second)
+    return corner, below, rest
+
+
+def _add(target: FloatArray, part: FloatArray, places: NDArray[np.intp]) -> None:
+    """Add a lower triangle to places of a larger one, column by column, as both lie in memory."""
+    for k, place in enumerate(places.tolist()):
+        target.T[place][places[k:]] += part[k:, k]
+
+
+MATRICES = 8  # matrices of the size of κ held at one time by the problem and the bounds
+WORTH_SAYING = 20.0  # seconds
+LARGEST = 0.9  # share of the machine's memory that may be used
+SAMPLE, TRIES = 400, 8  # size of the product that measures the machine's speed; the fastest try counts
+
+
+def announced(plan: FrontElimination, announce: Callable[[str], None] | None) -> None:
+    """Say what the elimination takes, if it takes long.
+
+    Raises
+    ------
+    ProblemError
+        If it takes more memory than the machine has.
+    """
+    kept = len(plan.order) - plan.count
+    needed = plan.memory + MATRICES * BYTES * float(kept) ** 2
+    seconds = plan.operations / speed()
+    what = (
+        f"condensing {plan.count} rows to {kept // 3} contact nodes takes about {needed / 2**30:.2g} GiB of "
+        f"memory and {_duration(seconds)}"
+    )
+    there = memory()
+    if needed > LARGEST * there:
+        raise ProblemError(
+            f"K: expected a model that fits into {there / 2**30:.3g} GiB of memory, found that {what}; take "
+            "fewer contact nodes or a coarser mesh"
+        )
+    if announce is not None and seconds > WORTH_SAYING:
+        announce(what)
+
+
+def speed() -> float:
+    """Multiplications of dense matrices per second on this machine when it is quiet, about."""
+    a, fastest = np.ones((SAMPLE, SAMPLE), order="F"), np.inf
+    for _ in range(TRIES):
+        begin = time.perf_counter()
+        dsyrk(1.0, a)
+        fastest = min(fastest, time.perf_counter() - begin)
+    return float(0.5 * SAMPLE**3 / max(fastest, 1e-6))
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} minutes"
+
 
 _COLUMNS = 64  # right-hand sides solved at a time, which limits the dense workspace to 64 vectors
 _WORTH_THREADS = 1e12  # multiplications, a minute of one core; in fewer, threads wait for each other

@@ -16,16 +16,11 @@ from shakedown.models.condensation.load_case import LoadCase, histories
 from shakedown.models.importing.contact_section import check_order
 from shakedown.models.importing.model_section import Values, values_of
 from shakedown.models.importing.stiffness_section import HOOP, ImportContext
+from shakedown.models.readers import nodal_vectors
 from shakedown.models.readers.abaqus import ELEMENT, read_nodal_loads, read_substructure_load
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.nastran import is_op4, read_op4_columns
-from shakedown.models.readers.nodal_vectors import (
-    NodalVectors,
-    What,
-    combined,
-    in_model_directions,
-    read_nodal_vectors,
-)
+from shakedown.models.readers.nodal_vectors import NodalVectors, What
 from shakedown.models.readers.text import (
     InputFiles,
     NumberTable,
@@ -405,7 +400,7 @@ def _run_of(source: TomlTable, what: What, context: ImportContext) -> NodalVecto
     pairs = source.array("steps", float, (None, 2), required=False)
     if step is not None and pairs is not None:
         raise source.unfit("one of the keys 'step' and 'steps'", "both")
-    runs = context.files.read(name, lambda path: read_nodal_vectors(path, what))
+    runs = context.files.read(name, lambda path: nodal_vectors.read_nodal_vectors(path, what))
     if pairs is None:
         only = 1 if step is None and len(runs) == 1 else step
         if only is None or not 1 <= only <= len(runs):
@@ -423,8 +418,8 @@ def _run_of(source: TomlTable, what: What, context: ImportContext) -> NodalVecto
             f"those of node {unknown[0]} in directions of its own (*NODE PRINT, GLOBAL=YES writes x, y, z)",
         )
     if context.mesh.is_known:
-        chosen = [in_model_directions(run, mesh.directions_of) for run in chosen]
-    return combined(chosen, [scale * factor for _, factor in pairs])
+        chosen = [nodal_vectors.in_model_directions(run, mesh.directions_of) for run in chosen]
+    return nodal_vectors.combined(chosen, [scale * factor for _, factor in pairs])
 
 
 def _clamped_run(table: TomlTable, context: ImportContext) -> tuple[FloatArray | None, FloatArray | None]:

@@ -22,19 +22,13 @@ from shakedown.joint.problem import COARSEST
 from shakedown.models.condensation.stiffness_checks import check_condensed
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.importing.model_section import Values
+from shakedown.models.readers import nastran
 from shakedown.models.readers.abaqus import ABAQUS_MATRIX
 from shakedown.models.readers.formats import read_stiffness, stiffness_format
 from shakedown.models.readers.mapped_matrices import NUMBERED
 from shakedown.models.readers.mesh import ABAQUS, CALCULIX, Mesh
-from shakedown.models.readers.nastran import (
-    cards,
-    is_bulk_data,
-    of_superelement,
-    read_analysis_set,
-    read_grids,
-)
 from shakedown.models.readers.nodal_vectors import Order, read_nodal_vectors, unit_displacement_stiffness
-from shakedown.models.readers.stiffness import Rows, Stiffness
+from shakedown.models.readers.stiffness import Stiffness
 from shakedown.models.readers.text import InputFiles, read_lines, unfit
 from shakedown.models.readers.toml_table import TomlTable
 
@@ -248,34 +242,27 @@ def _matrix(
     if map_name is None:
         stiffness = files.read(name, read)
     else:
-        stiffness = files.read(
-            map_name,
-            lambda rows: files.read(name, lambda path: read(path, dof_map=_rows(rows, superelement))),
-        )
+
+        def with_map(rows: Path) -> Stiffness:
+            own = rows if superelement is None else nastran.read_analysis_set(rows, superelement)
+            return files.read(name, lambda path: read(path, dof_map=own))
+
+        stiffness = files.read(map_name, with_map)
         if not mesh.is_known and stiffness.format == "Nastran OUTPUT4":
             frames = files.read(map_name, lambda path: _frames(path, superelement))
     with found_in(files.path(name)):
         return stiffness.in_basic_directions(frames)
 
 
-def _rows(path: Path, superelement: int | None) -> Rows:
-    """A map, or the rows of one superelement of a punch file."""
-    if is_bulk_data(read_lines(path)):
-        return read_analysis_set(path, superelement)
-    if superelement is not None:
-        raise unfit(path, "a punch file beside the key 'superelement'", "a map without superelements")
-    return path
-
-
 def _frames(path: Path, superelement: int | None) -> Mapping[int, FloatArray]:
     """Directions of the grid points of a punch file, where it holds any."""
     lines = read_lines(path)
-    if not is_bulk_data(lines):
+    if not nastran.is_bulk_data(lines):
         return {}
-    lines = of_superelement(lines, superelement, str(path))
-    if not any(card == "GRID" for _, card, _ in cards(lines)):
+    lines = nastran.of_superelement(lines, superelement, str(path))
+    if not any(card == "GRID" for _, card, _ in nastran.cards(lines)):
         return {}
-    return read_grids(path, superelement).frames
+    return nastran.read_grids(path, superelement).frames
 
 
 def _unit_displacements(

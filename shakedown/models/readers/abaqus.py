@@ -191,6 +191,7 @@ class _Element:
         lists: list[tuple[str, list[str]]] = []
         self.matrix: list[tuple[str, list[str]]] = []
         self.header, into, listed_nodes = "", None, False
+        wanted = re.compile(rf"\*MATRIX\s*,.*TYPE\s*=\s*{re.escape(kind)}\b", re.IGNORECASE)
         for k, line in enumerate(read_lines(path), start=1):
             text, where = line.strip(), f"{self.name}: line {k}"
             fields = [field.strip() for field in text.lstrip("*").split(",") if field.strip()]
@@ -205,7 +206,7 @@ class _Element:
                 into = None
                 if ELEMENT.match(text) and not self.header:
                     self.header, into = text.upper().replace(" ", ""), lists
-                elif text.upper().replace(" ", "").startswith(f"*MATRIX,TYPE={kind}") and self.header:
+                elif wanted.match(text) and self.header and not self.matrix:
                     into = self.matrix
             elif into is not None and fields:
                 into.append((where, fields))

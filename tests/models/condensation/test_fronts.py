@@ -7,9 +7,15 @@ from scipy.linalg import LinAlgError
 
 from shakedown import ProblemError
 from shakedown.fem import ElasticBody, Force, Material, Support, brick_mesh, contact_problem
-from shakedown.models.condensation import factorised_interior, fronts
+from shakedown.models.condensation import factorised_interior
 from shakedown.models.condensation.condense import condensed_stiffness
-from shakedown.models.condensation.fronts import LEAF, FrontFactors, dissection, elimination, factorised
+from shakedown.models.condensation.factorised_interior import (
+    LEAF,
+    FrontFactors,
+    dissection,
+    elimination,
+    factorised,
+)
 
 KEPT = 12
 
@@ -131,7 +137,7 @@ def test_what_was_found_is_checked_and_expense_is_said(monkeypatch):
     monkeypatch.setattr(factorised_interior, "_LARGE", 1)
     K, dofs = chain_of(200)
     said = []
-    monkeypatch.setattr(fronts, "WORTH_SAYING", 0.0)
+    monkeypatch.setattr(factorised_interior, "WORTH_SAYING", 0.0)
     found = condensed_stiffness(K, dofs, [0], [0, 0, 1], announce=said.append)
     assert isinstance(found._model.lu, FrontFactors)
     assert found.residual < 1e-14
@@ -139,7 +145,7 @@ def test_what_was_found_is_checked_and_expense_is_said(monkeypatch):
     assert said[0].startswith("condensing 597 rows to 1 contact nodes takes about")
     found._model.lu.schur[0, 0] += 1.0
     assert found._model.schur()[1] > 0.1
-    monkeypatch.setattr(fronts, "memory", lambda: 1e4)
+    monkeypatch.setattr(factorised_interior, "memory", lambda: 1e4)
     with pytest.raises(
         ProblemError, match=r"K: expected a model that fits into .* GiB of memory, found that cond"
     ):
