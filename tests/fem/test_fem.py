@@ -316,31 +316,6 @@ def test_elements_without_material_are_refused():
         ElasticBody(mesh, {"half": STEEL})
 
 
-GMSH = """$MeshFormat
-2.2 0 8
-$EndMeshFormat
-$PhysicalNames
-2
-1 1 "foot"
-2 2 "steel"
-$EndPhysicalNames
-$Nodes
-6
-1 0 0 0
-2 1 0 0
-3 2 0 0
-4 0 1 0
-5 1 1 0
-6 2 1 0
-$EndNodes
-$Elements
-4
-1 1 2 1 1 1 2
-2 1 2 1 1 2 3
-3 3 2 2 1 1 2 5 4
-4 3 2 2 1 2 3 6 5
-$EndElements
-"""
 ABAQUS = """*NODE
 1, 0, 0
 2, 1, 0
@@ -355,17 +330,6 @@ ABAQUS = """*NODE
 *NSET, NSET=foot
 1, 2, 3
 """
-
-
-@pytest.mark.parametrize(("text", "suffix"), [(GMSH, ".msh"), (ABAQUS, ".inp")])
-def test_meshes_from_files_keep_their_sets(tmp_path, text, suffix):
-    path = tmp_path / f"block{suffix}"
-    path.write_text(text)
-    mesh = read_mesh(path)
-    assert (mesh.nvertices, mesh.nelements) == (6, 2)
-    found = contact_condensation(ElasticBody(mesh, {"steel": STEEL}), "foot")
-    expected = contact_condensation(ElasticBody(block_mesh(2.0, 1.0, 2, 1), STEEL), "bottom")
-    np.testing.assert_allclose(found.stiffness, expected.stiffness, atol=1e-9)
 
 
 def test_decks_are_read_as_an_import_reads_them(tmp_path):

@@ -44,17 +44,31 @@ def block(lower=False, *, order=1, tetrahedra=False, counts=solids.COUNTS, **mor
     return ElasticBody(mesh, STEEL, order=order, **more)
 
 
-@pytest.mark.parametrize("tetrahedra", [False, True])
-def test_a_pressure_arrives_as_nodal_forces_over_the_areas(tetrahedra):
+@pytest.mark.parametrize(
+    ("mesh", "more"),
+    [
+        (block_mesh(4.0, 1.0, 4, 2), {"order": 1}),
+        (block_mesh(4.0, 1.0, 4, 2), {"order": 2, "thickness": 2.5}),
+        (brick_mesh((2.0, 1.0, 1.0), (3, 2, 2)), {}),
+        (brick_mesh((2.0, 1.0, 1.0), (3, 2, 2), tetrahedra=True), {}),
+        (brick_mesh((2.0, 1.5, 1.0), (2, 2, 1), tetrahedra=True), {"order": 2}),
+    ],
+)
+def test_a_pressure_arrives_as_nodal_forces_over_the_areas(mesh, more):
     """Without Poisson's ratio the stress of a pressed block on a rigid plane is the same everywhere."""
-    mesh = brick_mesh((2.0, 1.0, 1.0), (3, 2, 2), tetrahedra=tetrahedra)
-    body = ElasticBody(mesh, Material(1.0, 0.0), loads=[Pressure("top", 3.0, history=1.0)])
+    body = ElasticBody(mesh, Material(1.0, 0.0), loads=[Pressure("top", 3.0, history=1.0)], **more)
     joint = contact_problem(body, "bottom", 0.4)
-    assert joint.directions == 2
+    d = mesh.p.shape[0] - 1
+    assert (joint.directions, joint.warnings) == (d, ())
+    assert joint.node_area.min() > 0
+    assert joint.node_area.sum() == pytest.approx(np.ptp(mesh.p[:d], axis=1).prod() * body.thickness)
     np.testing.assert_allclose(joint.p_w[0], 3.0 * joint.node_area, rtol=1e-12)
     np.testing.assert_allclose(joint.q_w, 0.0, atol=1e-12)
-    np.testing.assert_allclose(joint.x, joint.coordinates[:, :2], atol=1e-15)
-    assert contact_condensation(body, "bottom").zero_modes == 6
+    np.testing.assert_allclose(joint.x.reshape(-1, d), joint.coordinates[:, :d], atol=1e-15)
+    assert contact_condensation(body, "bottom").zero_modes == 3 * d
+    tight = contact_problem(body, "bottom", 0.4, gap=lambda x: -0.1 - 0.05 * x[0])
+    pushed = joint.C @ (0.1 + 0.05 * joint.coordinates[:, 0])
+    np.testing.assert_allclose(tight.p_w[0] - joint.p_w[0], pushed, atol=1e-12)
 
 
 @pytest.mark.parametrize("tetrahedra", [False, True])
@@ -199,32 +213,11 @@ def test_a_rigid_boundary_knows_resultants_only():
     assert contact_condensation(plane, "bottom").zero_modes == 3
 
 
-def test_half_a_block_on_a_plane_of_symmetry_is_half_of_the_whole():
-    """Pressed and sheared along x in the plane y = 0: reactions there are twice those of the half."""
-    loads = [Force("top", (3.0, 0.0, -20.0), history=1.0)]
-    whole = ElasticBody(brick_mesh((2.0, 2.0, 1.0), (2, 2, 1), origin=(0, -1, 0)), STEEL, loads=loads)
-    half = ElasticBody(
-        brick_mesh((2.0, 1.0, 1.0), (2, 1, 1)),
-        STEEL,
-        supports=[Support("front", x=False, z=False)],
-        loads=[Force("top", (1.5, 0.0, -10.0), history=1.0)],
-    )
-    one, other = (contact_problem(body, "bottom", 0.4) for body in (whole, half))
-    for k, place in enumerate(other.coordinates):
-        j = int(np.argmin(np.linalg.norm(one.coordinates - place, axis=1)))
-        share = 0.5 if place[1] == 0 else 1.0
-        np.testing.assert_allclose(other.p_w[0, k], share * one.p_w[0, j], rtol=1e-9)
-        np.testing.assert_allclose(other.q_w[0, 2 * k], share * one.q_w[0, 2 * j], rtol=1e-8, atol=1e-10)
-    assert "3 contact node(s) are held along a tangent" in contact_condensation(half, "bottom").notes[0]
-
-
-def test_tangents_and_gaps_of_solids():
+def test_tangents_and_loads_of_solids():
     lean = contact_problem(block(), "bottom", 0.4, tangent=[1.0, 1.0, 0.0])
     plain = contact_problem(block(), "bottom", 0.4)
     np.testing.assert_allclose(lean.tangents[0, 0], np.array([1.0, 1.0, 0.0]) / np.sqrt(2))
     np.testing.assert_allclose(lean.p_w, plain.p_w)
-    tight = contact_problem(block(), "bottom", 0.4, gap=lambda x: -1e-3 + 0 * x[2])
-    np.testing.assert_allclose(tight.p_w - plain.p_w, np.tile(1e-3 * plain.C.sum(axis=1), (4, 1)), atol=1e-6)
     moved = contact_problem(block(loads=[Displacement("top", z=-1e-3, history=1.0)]), "bottom", 0.4)
     assert moved.p_w.sum() > 0
     heavy = contact_problem(block(loads=[BodyForce((0.0, 0.0, -2.0), history=1.0)]), "bottom", 0.4)
@@ -294,29 +287,46 @@ def test_the_blade_hangs_on_both_flanks_and_is_in_equilibrium_after_its_spin():
     np.testing.assert_allclose(np.abs(joint.normal[:, 1]), 0.6, atol=1e-9)
 
 
-@pytest.mark.parametrize(("kind", "suffix"), [("tetra", ".msh"), ("hexahedron", ".inp")])
-def test_solid_meshes_from_files_keep_their_sets(tmp_path, kind, suffix):
-    source = brick_mesh((2.0, 1.0, 1.0), (2, 1, 1), tetrahedra=kind == "tetra")
-    order = [0, 1, 2, 3] if kind == "tetra" else [0, 3, 6, 2, 1, 5, 7, 4]
-    cells = source.t[order].T.astype(int)
-    foot = np.flatnonzero(np.isclose(source.p[2], 0.0))
-    sets = {"foot": foot} if suffix == ".inp" else {}
-    blocks, more = [(kind, cells)], {}
+SOURCES = {"quad": block_mesh(2.0, 1.0, 2, 1)}
+SOURCES |= {
+    kind: brick_mesh((2.0, 1.0, 1.0), (2, 1, 1), tetrahedra=kind == "tetra")
+    for kind in ("tetra", "hexahedron")
+}
+IN_FILES = {"quad": [0, 1, 2, 3], "tetra": [0, 1, 2, 3], "hexahedron": [0, 3, 6, 2, 1, 5, 7, 4]}
+
+
+@pytest.mark.parametrize("kind", SOURCES)
+@pytest.mark.parametrize("suffix", [".msh", ".inp"])
+def test_meshes_from_files_keep_their_sets(tmp_path, kind, suffix):
+    source, path = SOURCES[kind], tmp_path / f"body{suffix}"
+    dimension = len(source.p)
+    points, cells = np.pad(source.p.T, ((0, 0), (0, 3 - dimension))), source.t[IN_FILES[kind]].T.astype(int)
     if suffix == ".msh":
-        blocks.append(("triangle", source.facets[:, source.boundaries["bottom"]].T.astype(int)))
-        tags = [np.full(len(cells), 1), np.full(len(blocks[1][1]), 2)]
-        more = {
-            "cell_data": {"gmsh:physical": tags, "gmsh:geometrical": tags},
-            "field_data": {"steel": np.array([1, 3]), "foot": np.array([2, 2])},
-        }
-    mesh = meshlane.Mesh(source.p.T, blocks, point_sets=sets, **more)
-    path = tmp_path / f"brick{suffix}"
-    meshlane.write(path, mesh, **({"file_format": "gmsh22", "binary": False} if suffix == ".msh" else {}))
-    found = contact_condensation(ElasticBody(read_mesh(path), STEEL), "foot")
-    expected = contact_condensation(ElasticBody(source, STEEL), "bottom")
-    np.testing.assert_allclose(
-        found.stiffness, expected.stiffness, rtol=0, atol=1e-9 * np.abs(expected.stiffness).max()
-    )
+        facets = source.facets[:, source.boundaries["bottom"]].T.astype(int)
+        if kind == "hexahedron":
+            facets = facets[:, [0, 1, 3, 2]]
+        blocks = [(kind, cells), ({2: "line", 3: "triangle", 4: "quad"}[facets.shape[1]], facets)]
+        tags = [np.full(len(cells), 1), np.full(len(facets), 2)]
+        mesh = meshlane.Mesh(
+            points, blocks, cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
+            field_data={"steel": np.array([1, dimension]), "foot": np.array([2, dimension - 1])},
+        )  # fmt: skip
+        meshlane.write(path, mesh, file_format="gmsh22", binary=False)
+    else:
+        sets = {"foot": np.flatnonzero(np.isclose(source.p[-1], 0.0))}
+        mesh = meshlane.Mesh(
+            np.vstack([points, [[7.0, 7.0, 7.0]]]),  # the last node is without elements
+            [(kind, cells)],
+            point_sets=sets,
+            cell_sets={"steel": [np.arange(len(cells))]},
+        )
+        meshlane.write(path, mesh)
+        path.write_text(path.read_text().replace("TYPE=S4", "TYPE=CPE4"))
+    found = read_mesh(path)
+    assert (found.nvertices, found.nelements) == (source.nvertices, source.nelements)
+    one = contact_condensation(ElasticBody(found, {"steel": STEEL}), "foot").stiffness
+    expected = contact_condensation(ElasticBody(source, STEEL), "bottom").stiffness
+    np.testing.assert_allclose(one, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize(

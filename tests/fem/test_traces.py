@@ -4,11 +4,8 @@ import numpy as np
 import pytest
 
 from benchmarks.bodies.blocks import receding_block
-from benchmarks.bodies.classical import press_fit, press_fit_pressure
 from benchmarks.bodies.dovetail import dovetail
 from shakedown.fem import ElasticBody, Material, Pressure, Support, block_mesh, contact_problem
-
-STEEL = Material(200e3, 0.3)
 
 
 def pressed(order: int, angle: float = 0.0, thickness: float = 1.0):
@@ -24,18 +21,6 @@ def pressed(order: int, angle: float = 0.0, thickness: float = 1.0):
 def test_second_order_elements_load_their_middle_with_four_sixths(thickness):
     problem = pressed(2, thickness=thickness)
     assert problem.node_area == pytest.approx(thickness * np.array([1, 4, 2, 4, 2, 4, 2, 4, 1]) / 6)
-
-
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("thickness", [1.0, 2.5])
-def test_reactions_over_areas_are_the_pressure(order, thickness):
-    problem = pressed(order, thickness=thickness)
-    assert problem.p_w[0] / problem.node_area == pytest.approx(np.full(problem.n, 2.0))
-
-
-def test_the_press_fit_has_the_pressure_of_lame():
-    fit = press_fit(4, pull=0.0)
-    assert fit.p_w.mean(axis=0) / fit.node_area == pytest.approx(press_fit_pressure(1e-3), rel=4e-3)
 
 
 def test_places_and_directions_are_those_of_the_mesh():
