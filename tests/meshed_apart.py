@@ -32,11 +32,10 @@ def write(folder, upper, lower, cut=None):
 
     ``cut`` = {name: which of places (n, 3)} makes sets UPPER_name and LOWER_name of nodes of the contact.
     """
-    lines, elements, sets, start = ["*NODE"], [], {}, 1
+    nodes, elements, sets, start = [], [], {}, 1
     for name, body, side in (("UPPER", upper, "bottom"), ("LOWER", lower, "top")):
         places = body.positions(np.arange(body.dofs[:, 0].max() + 1))
-        places = np.column_stack([places, np.zeros((len(places), 3 - places.shape[1]))])
-        lines += [f"{start + k}, {x!r}, {y!r}, {z!r}" for k, (x, y, z) in enumerate(places.tolist())]
+        nodes += np.pad(places, ((0, 0), (0, 3 - places.shape[1]))).tolist()
         elements += (nodes_as_in_decks(body) + start).tolist()
         sets[name] = body.normals_on(side)[0] + start
         for part, inside in (cut or {}).items():
@@ -45,13 +44,8 @@ def write(folder, upper, lower, cut=None):
         if body is upper:
             sets["TOP"] = body.normals_on("top")[0] + start
         start += len(places)
-    lines.append(f"*ELEMENT, TYPE={'C3D8' if upper.dimension == 3 else 'CPE4'}, ELSET=ALL")
-    lines += [", ".join(map(str, (k, *nodes))) for k, nodes in enumerate(elements, start=1)]
-    for name, labels in sets.items():
-        lines += [f"*NSET, NSET={name}", *(f"{label}," for label in labels)]
-    lines += ["*MATERIAL, NAME=M", "*ELASTIC", "210000., 0.3", "*DENSITY", "1.", "*SOLID SECTION, ELSET=ALL"]
-    lines += ["*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"]
-    (folder / "job.inp").write_text("\n".join(lines) + "\n")
+    kind = "C3D8" if upper.dimension == 3 else "CPE4"
+    (folder / "job.inp").write_text(writers.calculix_deck(nodes, elements, sets, kind))
     K = sparse.block_diag([upper.stiffness, lower.stiffness]).toarray()
     shift = [upper.dofs[:, 0].max() + 2, 0]
     free = ~np.isin(np.arange(len(K)), lower.held_rows() + upper.basis.N)
@@ -59,6 +53,13 @@ def write(folder, upper, lower, cut=None):
     sti, dof = writers.calculix_storage(K[np.ix_(free, free)], dofs)
     (folder / "job.sti").write_text(sti)
     (folder / "job.dof").write_text(dof)
+
+
+def configuration(folder, contact, *more, loads=LOADS, job="job", friction=0.4, name="import.toml"):
+    """The configuration of an import of them; ``contact`` the lines of its table, ``more`` other tables."""
+    text = f'friction = {friction}\nunits = "N, mm"\n[model]\nfile = "{job}.inp"\n[stiffness]\nfile = "{job}.sti"\n'
+    (folder / name).write_text("\n".join([text, "[contact]", contact, *more, loads]))
+    return folder / name
 
 
 def bricks(upper=(2, 2, 1), lower=(3, 2, 1), height=1.0):

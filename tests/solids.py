@@ -42,19 +42,11 @@ def node_sets():
 
 def deck(xyz, *, kind="C3D8", more=()):
     """The deck of both blocks, the foot of the lower one held; ``more`` (node set, direction) too."""
-    lines = ["*NODE"] + [f"{k}, " + ", ".join(map(repr, p)) for k, p in enumerate(xyz.tolist(), start=1)]
     elements = hexahedra()
     if kind == "C3D4":
         elements = elements[:, TETRAHEDRA].reshape(-1, 4)
-    lines.append(f"*ELEMENT, TYPE={kind}, ELSET=BLOCKS")
-    lines += [", ".join(map(str, (k, *nodes))) for k, nodes in enumerate(elements.tolist(), start=1)]
-    for name, nodes in node_sets().items():
-        lines += [f"*NSET, NSET={name}", *(f"{node}," for node in nodes)]
-    lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", "210000., 0.3", "*DENSITY", "7.85e-9"]
-    lines += ["*SOLID SECTION, ELSET=BLOCKS, MATERIAL=STEEL", "*BOUNDARY", "FOOT, 1, 3"]
-    lines += [f"{name}, {direction}, {direction}" for name, direction in more]
-    lines += ["*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"]
-    return "\n".join(lines) + "\n"
+    held = ["*BOUNDARY", "FOOT, 1, 3", *(f"{name}, {direction}, {direction}" for name, direction in more)]
+    return writers.calculix_deck(xyz.tolist(), elements.tolist(), node_sets(), kind, more=held)
 
 
 def element_stiffness(corners):

@@ -46,6 +46,19 @@ def calculix_storage(K, dofs):
     return "".join(entries), "".join(f"{node}.{direction}\n" for node, direction in dofs)
 
 
+def calculix_deck(nodes, elements, sets, kind, *, more=(), steps=None):
+    """A deck of one material, by default of the run that stores the matrix; places (n, 3) of labels from 1."""
+    lines = ["*NODE", *(f"{k}, {', '.join(map(repr, place))}" for k, place in enumerate(nodes, start=1))]
+    lines.append(f"*ELEMENT, TYPE={kind}, ELSET=ALL")
+    lines += [", ".join(map(str, (k, *own))) for k, own in enumerate(elements, start=1)]
+    for name, labels in sets.items():
+        lines += [f"*NSET, NSET={name}", *(f"{label}," for label in labels)]
+    lines += ["*MATERIAL, NAME=M", "*ELASTIC", "210000., 0.3", "*DENSITY", "1."]
+    lines += ["*SOLID SECTION, ELSET=ALL, MATERIAL=M", *more]
+    stored = ["*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"]
+    return "\n".join([*lines, *(stored if steps is None else steps)]) + "\n"
+
+
 def matrix_market(K, symmetric=True, layout="coordinate"):
     n = len(K)
     kind = "symmetric" if symmetric else "general"

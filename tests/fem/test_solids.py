@@ -6,6 +6,7 @@ import meshlane
 import numpy as np
 import pytest
 import solids
+import writers
 from calculix import ccx, needs_ccx
 
 from benchmarks.bodies.blade_root import blade_root
@@ -114,10 +115,7 @@ def deck(lower, upper):
     nodes, elements, sets, shift = [], [], {}, 1
     for name, body, foot, top in (("L", lower, "bottom", "top"), ("U", upper, "bottom", "top")):
         count = body.dofs[:, 0].max() + 1
-        nodes += [
-            f"{k + shift}, {', '.join(map(repr, p))}"
-            for k, p in enumerate(body.positions(np.arange(count)).tolist())
-        ]
+        nodes += body.positions(np.arange(count)).tolist()
         corners = body.mesh.t.copy()
         turned = np.linalg.det(np.diff(body.mesh.p[:, corners], axis=1).T) < 0
         corners[:2, turned] = corners[1::-1, turned]
@@ -131,20 +129,8 @@ def deck(lower, upper):
         for end, boundary in (("FOOT", foot), ("TOP", top)):
             sets[f"{name}_{end}"] = body.normals_on(boundary)[0] + shift
         shift += count
-    lines = ["*NODE", *nodes, f"*ELEMENT, TYPE=C3D{4 if lower.order == 1 else 10}, ELSET=ALL"]
-    lines += [", ".join(map(str, (k, *nodes))) for k, nodes in enumerate(elements, start=1)]
-    for name, labels in sets.items():
-        lines += [f"*NSET, NSET={name}", *(f"{label}," for label in labels)]
-    lines += [
-        "*MATERIAL, NAME=M",
-        "*ELASTIC",
-        "210000., 0.3",
-        "*DENSITY",
-        "1.",
-        "*SOLID SECTION, ELSET=ALL, MATERIAL=M",
-    ]
-    lines += ["*BOUNDARY", "L_FOOT, 1, 3", "*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"]
-    return "\n".join(lines) + "\n", sets  # fmt: skip
+    kind = f"C3D{4 if lower.order == 1 else 10}"
+    return writers.calculix_deck(nodes, elements, sets, kind, more=["*BOUNDARY", "L_FOOT, 1, 3"]), sets
 
 
 @needs_ccx

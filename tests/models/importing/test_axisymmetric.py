@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import writers
 from calculix import ccx, needs_ccx
-from model_files import RING
+from model_files import RING, changed
 from skfem import Basis, BilinearForm, ElementQuadS2, ElementVector, MeshQuad
 from skfem.helpers import ddot, sym_grad, trace
 
@@ -25,16 +25,6 @@ BORE, FIT, RIM, LENGTH, INTERFERENCE = 4.0, 10.0, 20.0, 6.0, 0.01
 def ring(tmp_path):
     shutil.copytree(RING, tmp_path / "ring")
     return tmp_path / "ring"
-
-
-def changed(folder, *pairs, extra=""):
-    """The configuration with some things changed, and more at its end."""
-    text = (folder / "import.toml").read_text()
-    for old, new in pairs:
-        assert old in text, old
-        text = text.replace(old, new, 1)
-    (folder / "changed.toml").write_text(text + extra)
-    return folder / "changed.toml"
 
 
 @BilinearForm

@@ -1,10 +1,11 @@
 """Bolts in an import: as in Python, as a section of the deck, and as CalculiX with its own contact has them."""
 
+import meshed_apart
 import numpy as np
 import pytest
 import writers
 from calculix import ccx, needs_ccx
-from meshed_apart import LOADS, bricks, write
+from meshed_apart import bricks, write
 
 import shakedown
 from shakedown import ProblemError, import_model
@@ -17,11 +18,8 @@ SECTION = 'name = "M8"\npreload = 50.0\nsection = 900'
 PLATES = 'pairs = ["UPPER", "LOWER"]'
 
 
-def configuration(folder, *bolts, job="job", loads=LOADS, friction=0.4):
-    text = f'friction = {friction}\nunits = "N, mm"\n[model]\nfile = "{job}.inp"\n[stiffness]\nfile = "{job}.sti"\n'
-    text += f"[contact]\n{PLATES}\n{loads}"
-    (folder / "import.toml").write_text(text + "".join(f"[[bolt]]\n{bolt}\n" for bolt in bolts))
-    return folder / "import.toml"
+def configuration(folder, *bolts, **more):
+    return meshed_apart.configuration(folder, PLATES, *(f"[[bolt]]\n{bolt}" for bolt in bolts), **more)
 
 
 @pytest.fixture(scope="module")
@@ -209,36 +207,22 @@ def bolted_plates():
     return nodes, elements, faces, cut
 
 
-def deck(steps, more=()):
+def deck(steps=None, more=()):
     nodes, elements, faces, cut = bolted_plates()
-    lines = ["*NODE", *(f"{k}, {x}., {y}., {z}." for (_, x, y, z), k in nodes.items()), "900, 0., 0., 9."]
-    lines += ["*ELEMENT, TYPE=C3D8, ELSET=ALL"]
-    lines += [", ".join(map(str, (k, *own))) for k, own in enumerate(elements, start=1)]
     sets = {
         "UPPER": [k for (part, _, _, z), k in nodes.items() if part == "upper" and z == 0],
         "LOWER": [k for (part, _, _, z), k in nodes.items() if part == "lower" and z == 0],
         "EDGE": [k for (_, x, y, z), k in nodes.items() if z == -2 and {x, y} & {0, 5}],
         "PULLED": [k for (_, x, y, z), k in nodes.items() if z == 2 and {x, y} & {0, 5}],
     }
-    for name, own in sets.items():
-        lines += [f"*NSET, NSET={name}", *(f"{k}," for k in own)]
-    lines += [
-        "*SURFACE, NAME=CUT",
-        f"{cut}, S2",
-        "*SURFACE, NAME=ABOVE",
-        *(f"{k}, S1" for k in faces["UPPER"]),
-    ]
-    lines += ["*SURFACE, NAME=BELOW", *(f"{k}, S2" for k in faces["LOWER"])]
-    lines += ["*PRE-TENSION SECTION, SURFACE=CUT, NODE=900", "0., 0., 1."]
-    lines += [
-        "*MATERIAL, NAME=M",
-        "*ELASTIC",
-        "210000., 0.3",
-        "*DENSITY",
-        "1.",
-        "*SOLID SECTION, ELSET=ALL, MATERIAL=M",
-    ]
-    return "\n".join([*lines, "*BOUNDARY", "EDGE, 1, 3", *more, *steps]) + "\n"
+    surfaces = {"CUT": [f"{cut}, S2"], "ABOVE": [f"{k}, S1" for k in faces["UPPER"]]}
+    surfaces["BELOW"] = [f"{k}, S2" for k in faces["LOWER"]]
+    lines = ["*NODE", "900, 0., 0., 9."]
+    for name, own in surfaces.items():
+        lines += [f"*SURFACE, NAME={name}", *own]
+    lines += ["*PRE-TENSION SECTION, SURFACE=CUT, NODE=900", "0., 0., 1.", "*BOUNDARY", "EDGE, 1, 3", *more]
+    places = [tuple(map(float, place)) for _, *place in nodes]
+    return writers.calculix_deck(places, elements, sets, "C3D8", more=lines, steps=steps)
 
 
 CONTACT = [
@@ -255,7 +239,7 @@ PRINT = ["*NODE PRINT, NSET=SECTION", "U, RF", "*CONTACT PRINT", "CSTR", "*END S
 def plates(tmp_path_factory):
     """What CalculiX makes of the plates: the matrix, and tightening then pulling with contact of its own."""
     target = tmp_path_factory.mktemp("plates")
-    (target / "job.inp").write_text(deck(["*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"]))
+    (target / "job.inp").write_text(deck())
     ccx(target, "job")
     steps = ["*NSET, NSET=SECTION", "900", *CONTACT]
     steps += ["*STEP, INC=100", "*STATIC", "1., 1.", "*CLOAD", "900, 1, 1000.", *PRINT]

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import writers
-from model_files import BLOCK
+from model_files import BLOCK, changed
 from scipy.linalg import block_diag
 
 from shakedown import LoadCase, ProblemError, UsageError, condense, import_model
@@ -27,16 +27,6 @@ from shakedown.models.readers.toml_table import TomlTable
 def punch(tmp_path):
     write_import_example(tmp_path)
     return tmp_path
-
-
-def changed(folder, *pairs):
-    """The example with one thing or more changed in its configuration."""
-    text = (folder / "import.toml").read_text()
-    for old, new in pairs:
-        assert old in text, old
-        text = text.replace(old, new, 1)
-    (folder / "changed.toml").write_text(text)
-    return folder / "changed.toml"
 
 
 def test_the_example_is_in_equilibrium(punch):

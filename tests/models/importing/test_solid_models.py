@@ -1,32 +1,22 @@
 """Import of solid models: two tangents per node, when a plane is meant, and CalculiX's own elements."""
 
+import meshed_apart
 import numpy as np
 import pytest
 import solids
 import writers
 from calculix import ccx, needs_ccx
 from command import run
+from meshed_apart import LOADS
 
 from shakedown import ProblemError, UsageError, import_model
 from shakedown.models.importing.contact_figure import contact_picture
 
-LOADS = """
-[[load]]
-name = "press"
-forces = [["TOP", 3, -10.0]]
-history = 1.0
-[[load]]
-name = "shake"
-forces = [["TOP", 1, 2.0], ["TOP", 2, 1.0]]
-history = [1.0, 0.0, -1.0, 0.0]
-"""
 PAIRS = 'pairs = ["UPPER_FOOT", "LOWER_TOP"]'
 
 
 def configuration(folder, contact=PAIRS, loads=LOADS, name="import.toml", supports=""):
-    text = 'friction = 0.4\nunits = "N, mm"\n[model]\nfile = "job.inp"\n[stiffness]\nfile = "job.sti"\n'
-    (folder / name).write_text(f"{text}[contact]\n{contact}\n{supports}\n{loads}")
-    return folder / name
+    return meshed_apart.configuration(folder, contact, supports, loads=loads, name=name)
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import shutil
 import numpy as np
 import pytest
 from calculix import ccx, needs_ccx
-from model_files import HEAT, RING
+from model_files import HEAT, RING, changed
 
 from shakedown import LoadCase, ProblemError, import_model
 from shakedown.models.readers.deck import read_deck
@@ -25,12 +25,7 @@ def heat(tmp_path):
 
 def made(folder, *pairs):
     """The import with some things of its configuration changed."""
-    text = (folder / "import.toml").read_text()
-    for old, new in pairs:
-        assert old in text, old
-        text = text.replace(old, new)
-    (folder / "changed.toml").write_text(text)
-    return import_model(folder / "changed.toml")
+    return import_model(changed(folder, *pairs))
 
 
 def welded(imported):

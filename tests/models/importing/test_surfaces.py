@@ -2,6 +2,7 @@
 
 import json
 
+import meshed_apart
 import numpy as np
 import pytest
 from command import run
@@ -14,9 +15,7 @@ SURFACES = 'surfaces = ["UPPER", "LOWER"]'
 
 
 def configuration(folder, contact=SURFACES, loads=LOADS):
-    text = 'friction = 0.4\nunits = "N, mm"\n[model]\nfile = "job.inp"\n[stiffness]\nfile = "job.sti"\n'
-    (folder / "import.toml").write_text(f"{text}[contact]\n{contact}\n{loads}")
-    return folder / "import.toml"
+    return meshed_apart.configuration(folder, contact, loads=loads)
 
 
 @pytest.fixture(scope="module")
