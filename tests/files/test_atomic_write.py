@@ -6,10 +6,8 @@ import stat
 import subprocess
 import sys
 import threading
-import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import shakedown
@@ -254,25 +252,3 @@ def test_killed_at_each_step_of_a_writing(tmp_path, call, moment, expected):
     sizes = {"o": 100_000, "n": 200_000}
     for path, letter in zip(pair, expected, strict=True):
         assert path.read_bytes() == letter.encode() * sizes[letter]
-
-
-def test_killed_while_a_problem_is_saved(tmp_path):
-    """Kills at moments spread over many savings in a row."""
-    code = (
-        "import sys, shakedown\n"
-        "one, two = shakedown.example('block-33'), shakedown.example('block-9')\n"
-        "print('ready', flush=True)\n"
-        "while True:\n"
-        "    for problem in (one, two): shakedown.save_problem(sys.argv[1], problem)\n"
-    )
-    target, wait = tmp_path / "p.npz", np.random.default_rng(5)
-    for _ in range(3):
-        process = subprocess.Popen([sys.executable, "-c", code, str(target)], stdout=subprocess.PIPE)
-        process.stdout.readline()
-        time.sleep(float(wait.uniform(0.005, 0.03)))
-        process.kill()
-        process.wait()
-        process.stdout.close()
-        assert not target.exists() or shakedown.load_problem(target).n in (9, 33)
-    shakedown.save_problem(target, shakedown.example("one-node"))
-    assert shakedown.load_problem(target).n == 1
