@@ -10,7 +10,6 @@ from meshed_apart import bricks, write
 import shakedown
 from shakedown import ProblemError, import_model
 from shakedown.fem import Bolt, contact_problem
-from shakedown.models.condensation.factorised_interior import Interior
 
 HEAD = 'name = "M8"\npreload = 50.0\nhead = "TOP"\naxis = [0, 0, -1]'
 SHANK = f"{HEAD}\nstiffness = 4e5"
@@ -57,13 +56,6 @@ def test_a_shank_is_that_of_a_joint_from_meshes(folder):
     np.testing.assert_allclose(made.loads[2].contact, [0.0, 0.0, 50.0], atol=1e-8)  # what is asked for
     assert "bolt 'M8' carries 50 along (0, 0, -1) once tightened" in made.notes[-1]
     assert "'press' adds -" in made.notes[-1]
-
-
-def test_the_interior_is_solved_once_for_each_load_and_for_each_bolt(folder, monkeypatch):
-    asked, welded = [], Interior.welded
-    monkeypatch.setattr(Interior, "welded", lambda self, case: asked.append(case) or welded(self, case))
-    found = import_model(configuration(folder, SHANK))
-    assert len(asked) == len(found.loads) + 1
 
 
 def test_head_and_nut_of_two_meshes_make_no_couple(tmp_path):

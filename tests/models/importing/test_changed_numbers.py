@@ -47,18 +47,6 @@ def test_a_changed_number_is_an_edited_file(config, as_given, changes, old, new)
         assert next(iter(changes)) in made.problem.source
 
 
-def test_the_matrix_is_not_read_again_where_it_does_not_change(config, as_given, monkeypatch):
-    from shakedown.models.importing import import_model as module
-
-    def never(*arguments, **options):
-        raise AssertionError("condensed again")
-
-    monkeypatch.setattr(module, "condensed_stiffness", never)
-    shakedown.import_model(config, changes={"load.2.forces.1.3": 7.5}, before=as_given)
-    with pytest.raises(AssertionError, match="condensed again"):
-        shakedown.import_model(config, changes={"stiffness.scale": 2.0}, before=as_given)
-
-
 @pytest.mark.parametrize(
     ("key", "message"),
     [

@@ -42,16 +42,6 @@ def test_it_is_the_joint_of_the_same_bodies(folder):
     np.testing.assert_allclose(below.moment, 0.0, atol=1e-6)
 
 
-def test_matching_surfaces_are_pairs(tmp_path):
-    write(tmp_path, *bricks(lower=(2, 2, 1)))
-    one, other = (
-        import_model(configuration(tmp_path, contact)).problem
-        for contact in (SURFACES, 'pairs = ["UPPER", "LOWER"]')
-    )
-    np.testing.assert_allclose(one.kappa, other.kappa, rtol=0, atol=1e-13 * np.abs(other.kappa).max())
-    np.testing.assert_allclose(one.node_area, other.node_area, rtol=1e-13)
-
-
 def test_a_gap_is_what_the_deck_draws(tmp_path):
     write(tmp_path, *bricks(height=1.01))
     drawn = import_model(configuration(tmp_path, f'{SURFACES}\ngap = "coordinates"'))

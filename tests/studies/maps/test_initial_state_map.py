@@ -7,7 +7,6 @@ import pytest
 
 import shakedown
 from shakedown.joint.constraints import constraints
-from shakedown.studies import mapping
 from shakedown.studies.basin_map import InitialStateMaps
 from shakedown.studies.samplers import BLOCK
 from tests.joints import FAMILY, member
@@ -18,21 +17,6 @@ JOINT = shakedown.example("two-node")
 @pytest.fixture(scope="module")
 def found():
     return shakedown.initial_state_map(JOINT, 0.7, states=256, seed=1)
-
-
-def test_the_plane_is_for_threads(found, monkeypatch):
-    """Two processes took four times as much of the processor as one for 65,536 states."""
-    asked, states_of = [], mapping.long_term_states
-    monkeypatch.setattr(mapping, "all_cores", lambda: 3)
-
-    def noted(*given, threads, **named):
-        asked.append(threads)
-        return states_of(*given, threads=threads, **named)
-
-    monkeypatch.setattr(mapping, "long_term_states", noted)
-    again = shakedown.initial_state_map(JOINT, 0.7, states=256, seed=1, workers=None)
-    assert set(asked) == {3}
-    assert np.array_equal(again.final_slip, found.final_slip)
 
 
 def test_it_agrees_state_by_state_with_the_long_term_state(found):
