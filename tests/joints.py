@@ -35,10 +35,27 @@ def safe_later():
     )  # fmt: skip
 
 
+def free_pair(q_w, p_w=1.0, C=None):
+    """Two nodes on a body that friction alone holds, under loads (m, 2), or (m,) on both alike."""
+    q_w = np.reshape(q_w, (len(q_w), -1)) * np.ones(2)
+    return shakedown.Problem(
+        A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), C=C, f=0.5, q_w=q_w, p_w=p_w * np.ones_like(q_w)
+    )
+
+
 def walking():
-    """Two nodes without a hold that walk, by as much in every cycle."""
-    q, p = np.array([[0.9, -0.9], [-0.9, 0.9]]), np.array([[1.0, 3.0], [3.0, 1.0]])
-    return shakedown.Problem(A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), f=0.5, q_w=q, p_w=p)
+    """A pair that walks, by as much in every cycle."""
+    return free_pair([[0.9, -0.9], [-0.9, 0.9]], np.array([[1.0, 3.0], [3.0, 1.0]]))
+
+
+def creeping():
+    """One that creeps under a constant push, as its nodes carry the pressure in turn; λ_max = 5/9."""
+    return free_pair([-0.3] * 4, np.array([[2.0, 0.2], [2.0, 0.2], [0.2, 2.0], [0.2, 2.0]]))
+
+
+def sliding():
+    """One that is pushed harder than friction can hold."""
+    return free_pair([0.0, 4.0, 0.0, -1.0], C=np.eye(2))
 
 
 def slow_problem(ratio):

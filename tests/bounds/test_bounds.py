@@ -5,6 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from joints import creeping
 
 import shakedown
 from benchmarks.problems import joint
@@ -157,14 +158,7 @@ def test_zero_amplitude_is_told_from_wedging() -> None:
 
 def test_a_floating_body_without_coupling_shakes_down_below_the_upper_bound() -> None:
     """Its safe slips vanish all together: no single node collapses, and λ_1 is λ_max (Melan)."""
-    problem = Problem(
-        A=[[1.0, -1.0], [-1.0, 1.0]],
-        B=np.zeros((2, 2)),
-        f=0.5,
-        q_w=np.full((4, 2), -0.3),
-        p_w=[[2.0, 0.2], [2.0, 0.2], [0.2, 2.0], [0.2, 2.0]],
-    )
-    bounds = shakedown.shakedown_bounds(problem)
+    bounds = shakedown.shakedown_bounds(creeping())
     assert bounds.upper.load_factor == pytest.approx(5 / 9, rel=1e-12)
     assert bounds.lower.load_factor == bounds.upper.load_factor
     assert (bounds.lower.node, bounds.lower.guarantee) == (-1, "proved")

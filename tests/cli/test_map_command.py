@@ -10,6 +10,7 @@ import time
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 
+import joints
 import numpy as np
 import pytest
 from command import document, refused, run
@@ -89,13 +90,8 @@ def test_undecided_states_are_said_and_counted():
 
 @pytest.fixture(scope="module")
 def sliding(tmp_path_factory):
-    """Two nodes on a body that only friction holds, pushed harder than it can."""
     path = tmp_path_factory.mktemp("joint") / "sliding.npz"
-    problem = shakedown.Problem(
-        A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), C=np.eye(2), f=0.5,
-        q_w=[[0.0, 0.0], [4.0, 4.0], [0.0, 0.0], [-1.0, -1.0]], p_w=np.ones((4, 2)),
-    )  # fmt: skip
-    shakedown.save_problem(path, problem)
+    shakedown.save_problem(path, joints.sliding())
     return str(path)
 
 

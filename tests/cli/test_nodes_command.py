@@ -9,6 +9,7 @@ import numpy as np
 import pandas
 import pytest
 from command import document, refused, run
+from joints import creeping
 from vtk_arrays import arrays
 
 import shakedown
@@ -205,9 +206,7 @@ def test_simulate_says_whether_slips_stay_below_a_length(below, met, method):
 
 def test_what_grows_for_ever_is_below_nothing_and_rest_is_below_everything(tmp_path):
     path = tmp_path / "joint.npz"
-    A, p = [[1.0, -1.0], [-1.0, 1.0]], [[2.0, 0.2], [2.0, 0.2], [0.2, 2.0], [0.2, 2.0]]
-    walks = shakedown.Problem(A=A, B=np.zeros((2, 2)), f=0.5, q_w=np.full((4, 2), -0.3), p_w=p)
-    shakedown.save_problem(path, walks)
+    shakedown.save_problem(path, creeping())
     found = document("simulate", str(path), "--load-factor", "1", "--slip-below", "1e9")
     assert found["outcome"] == "ratchetting"
     assert found["slip_criterion"] == {"below": 1e9, "met": False, "largest": "inf", "node": -1}

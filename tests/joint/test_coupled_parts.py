@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from joints import free_pair
 from scipy.linalg import block_diag
 
 import shakedown
@@ -93,9 +94,7 @@ def test_what_round_off_leaves_of_a_stiffness_is_no_joint():
 
 
 def test_rigid_slips_are_those_of_the_parts():
-    floating = shakedown.Problem(
-        A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), f=0.5, q_w=np.ones((2, 2)), p_w=np.ones((2, 2))
-    )
+    floating = free_pair([1.0, 1.0])
     whole = shakedown.Problem(
         A=block_diag(floating.A, 1e-6 * floating.A),
         B=np.zeros((4, 4)),

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from joints import free_pair
 
 import shakedown
 from shakedown.motion.checked_law import law_violation, scales
@@ -139,10 +140,7 @@ def test_copies_jump_as_each_would_alone(count, one_after_another):
 
 def test_a_body_that_friction_does_not_hold_slides_away():
     """No stiffness against a rigid shift, and more load than friction: there is no equilibrium to jump to."""
-    problem = shakedown.Problem(
-        A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), C=np.eye(2), f=0.5,
-        q_w=[[0.0, 0.0], [2.0, 2.0]], p_w=np.ones((2, 2)),
-    )  # fmt: skip
+    problem = free_pair([0.0, 2.0], C=np.eye(2))
     run = evolve(problem, 1.0)
     assert run.stop.slides_away
     assert "the body slides away" in run.stop.reason

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from joints import free_pair
 from partly_open import SOME, partly_open
 
 import shakedown
@@ -234,11 +235,8 @@ def test_a_proof_of_another_zone_is_none_of_the_joint():
 
 
 def test_a_floating_joint_says_what_slips_are_relative_to():
-    A = np.array([[1.0, -1.0], [-1.0, 1.0]])
-    free = Problem(
-        A=A, B=np.zeros((2, 2)), C=np.eye(2), f=0.5, q_w=[[0.1, 0.1], [-0.1, -0.1]], p_w=np.ones((2, 2))
-    )
-    text = said(solve_sheet(shakedown.assess(free), details=True))
+    free = shakedown.assess(free_pair([0.1, -0.1], C=np.eye(2)))
+    text = said(solve_sheet(free, details=True))
     assert "slips relative to" in text
     assert text.count("Only friction keeps") == 1
 

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from joints import free_pair
 
 import shakedown
 from benchmarks.problems import joint
@@ -19,10 +20,7 @@ def test_one_subset_is_singular() -> None:
 
 
 def test_a_free_body_is_told_why_no_subset_is_regular() -> None:
-    free = shakedown.Problem(
-        A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), C=np.eye(2), f=0.5,
-        q_w=[[-2.0, -2.0], [2.0, 2.0]], p_w=np.ones((2, 2)),
-    )  # fmt: skip
+    free = free_pair([-2.0, 2.0], C=np.eye(2))
     found, lower = shakedown.critical_load_factors(free), shakedown.lower_bound(free)
     (why,) = critical_facts(found, lower)[1]
     assert "no subset meets in a point" in why

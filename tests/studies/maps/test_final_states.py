@@ -7,7 +7,7 @@ import pytest
 
 import shakedown
 from shakedown.studies.limit_cycles import slip_scatter
-from tests.joints import FAMILY, member
+from tests.joints import FAMILY, member, walking
 
 JOINT = shakedown.example("two-node")
 
@@ -91,9 +91,7 @@ def test_drift_is_no_scatter():
 
 
 def test_a_body_that_walks_does_one_and_the_same_from_every_state():
-    q_w, p_w = [[0.9, -0.9], [-0.9, 0.9]], [[1.0, 3.0], [3.0, 1.0]]
-    walking = shakedown.Problem(A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), f=0.5, q_w=q_w, p_w=p_w)
-    found = shakedown.initial_state_map(walking, 1.0, states=32)
+    found = shakedown.initial_state_map(walking(), 1.0, states=32)
     assert found.outcomes == {"ratchetting": 32}
     assert np.ptp(found.final_slip, axis=0).min() > 1.0
     assert found.limit_cycles[0].spread <= 1e-12

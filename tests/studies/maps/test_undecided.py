@@ -1,18 +1,10 @@
 """Why states are undecided, and whether more cycles could decide them."""
 
-import numpy as np
+from joints import sliding
 
 import shakedown
 
 JOINT = shakedown.example("two-node")
-
-
-def sliding():
-    """Two nodes on a body that nothing but friction holds, pushed harder than friction can hold."""
-    return shakedown.Problem(
-        A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), C=np.eye(2), f=0.5,
-        q_w=[[0.0, 0.0], [4.0, 4.0], [0.0, 0.0], [-1.0, -1.0]], p_w=np.ones((4, 2)),
-    )  # fmt: skip
 
 
 def test_gross_slip_is_said_and_more_cycles_cannot_help():
