@@ -4,7 +4,6 @@ import copy
 import dataclasses
 import os
 import pickle
-import stat
 import struct
 import zipfile
 
@@ -332,29 +331,6 @@ def test_pickled_objects_are_never_executed(tmp_path):
 def test_ragged_rows_are_refused():
     with pytest.raises(ProblemError, match="ragged rows"):
         Problem(**{**valid(), "A": [[1.0, 2.0], [3.0]]})
-
-
-def test_a_failed_write_keeps_the_old_file(tmp_path, monkeypatch):
-    path = tmp_path / "p.npz"
-    save_problem(path, shakedown.example("one-node"))
-    before = path.read_bytes()
-
-    def fail(file, **arrays):
-        file.write(b"half")
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(np, "savez", fail)
-    with pytest.raises(ProblemError, match="No space left"):
-        save_problem(path, shakedown.example("two-node"))
-    assert path.read_bytes() == before
-    assert [each.name for each in tmp_path.iterdir()] == ["p.npz"]
-
-
-def test_written_files_have_ordinary_permissions(tmp_path):
-    (tmp_path / "plain").touch()
-    save_problem(tmp_path / "p.npz", shakedown.example("one-node"))
-    modes = [stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("plain", "p.npz")]
-    assert modes[0] == modes[1]
 
 
 def test_writing_where_there_is_no_folder_is_refused(tmp_path):

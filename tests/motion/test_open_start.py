@@ -22,7 +22,9 @@ def at_a_share(seed, share):
     """Upper bound of the best zone, and a load factor between its ends."""
     upper = zone_bound(seed)
     if upper.status != "optimal":
+        assert np.isnan(upper.load_factor) or upper.load_factor == np.inf
         return upper, np.nan
+    assert upper.residual < 1e-9
     return upper, upper.least_load_factor + share * (upper.load_factor - upper.least_load_factor)
 
 
@@ -34,8 +36,9 @@ def with_transient(problem, load_factor, seed):
 
 
 @pytest.mark.parametrize("transient", [False, True])
-@pytest.mark.parametrize("seed", SOME[:6])
+@pytest.mark.parametrize("seed", [*SOME[:6], *SOME[12:18]])
 def test_below_the_bound_of_the_zone_nothing_slips(seed, transient):
+    """Between the ends of its bound, started at rest in it."""
     for share in (0.5, 0.999):
         problem, (upper, load_factor) = partly_open(seed), at_a_share(seed, share)
         if upper.status != "optimal":
@@ -59,7 +62,7 @@ def test_the_receding_block_rests_in_its_zone_and_slips_above(method):
         run = simulate(
             RECEDING, load_factor, UPPER.slip, open_nodes=UPPER.open_nodes, method=method, cycles=3
         )
-        assert (run.cycles.slip[0][closed].max() < 1e-9) == rests
+        assert (run.cycles.slip[0][closed].max() < 1e-12) == rests
         assert not rests or (run.outcome, run.open_nodes) == ("shakedown", UPPER.open_nodes)
 
 
