@@ -152,8 +152,7 @@ def few(value: float, digits: int = FEW_DIGITS) -> str:
     >>> few(1.5234567), few(123456.0), few(12345678.0)
     ('1.523', '123500', '1.235e+07')
     """
-    text = f"{value:.{digits}g}"
-    return f"{float(text):.{DIGITS}g}" if "e+0" in text else text
+    return _without_exponent(f"{value:.{digits}g}")
 
 
 def sized(value: float, unit: str, digits: int = FEW_DIGITS) -> str:
@@ -196,7 +195,13 @@ def _rounded(value: float, digits: int, rounding: str) -> str:
     if not math.isfinite(value):
         return f"{value:g}"
     shortest = Decimal(repr(float(value)))
-    return f"{float(Context(prec=digits, rounding=rounding).create_decimal(shortest)):.{digits}g}"
+    return _without_exponent(
+        f"{float(Context(prec=digits, rounding=rounding).create_decimal(shortest)):.{digits}g}"
+    )
+
+
+def _without_exponent(text: str) -> str:
+    return f"{float(text):.{DIGITS}g}" if "e+0" in text else text
 
 
 def same(one: Any, other: Any) -> bool:

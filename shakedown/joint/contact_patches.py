@@ -68,16 +68,21 @@ def _with_faces(
 
 def _beside(faces: IntArray, across: FloatArray, *, either_side: bool) -> tuple[IntArray, IntArray]:
     """Pairs of faces with a common side at which the normal turns little."""
-    sides: dict[frozenset[int], list[int]] = {}
-    for k, face in enumerate(faces.tolist()):
-        ring = [node for node in face if node >= 0]
-        for pair in zip(ring, [*ring[1:], ring[0]], strict=True):
-            sides.setdefault(frozenset(pair), []).append(k)
-    pairs = np.array([(of[0], other) for of in sides.values() for other in of[1:]], dtype=np.intp)
-    first, second = pairs.reshape(-1, 2).T
+    pairs = [(of[0], other) for of in sides_of(faces).values() for other in of[1:]]
+    first, second = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
     cosine = (across[first] * across[second]).sum(axis=1)
     gentle = (np.abs(cosine) if either_side else cosine) > TURN
     return first[gentle], second[gentle]
+
+
+def sides_of(faces: IntArray) -> dict[tuple[int, int], list[int]]:
+    """The faces that every side, two nodes in increasing order, belongs to."""
+    sides: dict[tuple[int, int], list[int]] = {}
+    for k, face in enumerate(faces.tolist()):
+        ring = [node for node in face if node >= 0]
+        for one, other in zip(ring, [*ring[1:], ring[0]], strict=True):
+            sides.setdefault((min(one, other), max(one, other)), []).append(k)
+    return sides
 
 
 def normals_of(places: FloatArray, normals: FloatArray | None, faces: IntArray) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from shakedown.ground.constants import FloatArray, IntArray, Mask
 from shakedown.joint.arguments import once_per_problem
-from shakedown.joint.contact_patches import GAP, NEIGHBOURS, contact_patches
+from shakedown.joint.contact_patches import GAP, NEIGHBOURS, contact_patches, sides_of
 from shakedown.joint.places import NONE
 from shakedown.joint.problem import Problem
 
@@ -153,20 +153,12 @@ def _patches(problem: Problem, points: FloatArray) -> Surface | None:
     bare = Surface(points, problem.normal, parts, np.zeros(len(points), dtype=np.bool_))
     if not (bare.spacing > 0).all():
         return None
-    edge = _rim(bare) if problem.faces is None else _rim_of_faces(problem.faces, len(points))
-    return replace(bare, edge=edge)
-
-
-def _rim_of_faces(faces: IntArray, n: int) -> Mask:
-    """Whether nodes are ends of sides that belong to one face only, (n,); nodes without faces are no rim."""
-    sides = []
-    for face in faces:
-        corners = face[face != NONE]
-        sides.append(np.sort(np.column_stack([corners, np.roll(corners, -1)]), axis=1))
-    found, times = np.unique(np.concatenate(sides), axis=0, return_counts=True)
-    edge = np.zeros(n, dtype=np.bool_)
-    edge[found[times == 1]] = True
-    return edge
+    if problem.faces is None:
+        return replace(bare, edge=_rim(bare))
+    bare.edge[
+        [node for side, faces in sides_of(problem.faces).items() if len(faces) == 1 for node in side]
+    ] = True
+    return bare
 
 
 def _rim(surface: Surface) -> Mask:

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy as np
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import ProblemError
-from shakedown.ground.shown_values import FEW_DIGITS
+from shakedown.ground.shown_values import FEW_DIGITS, down, few, up
 from shakedown.joint.arguments import once_per_problem, require_problem
 from shakedown.joint.loading import MEAN_ROUND_OFF, loading
 from shakedown.joint.problem import NamedLoad, Problem
@@ -36,11 +35,6 @@ PASCALS = {
     ("N", "mm"): "MPa",
     ("kN", "mm"): "GPa",
 }
-ROUNDINGS = {
-    "down": (ROUND_FLOOR, FEW_DIGITS),
-    "up": (ROUND_CEILING, FEW_DIGITS),
-    "nearest": (ROUND_HALF_EVEN, 6),
-}  # digits
 
 
 class Units(NamedTuple):
@@ -154,29 +148,15 @@ def varying_loads_in_words(
 
 
 def _load_in_words(load: NamedLoad, load_factor: float, rounding: str) -> str:
-    mean, unit = _decimal_text(_decimal(load.mean), "nearest"), load.unit
+    mean, unit = few(load.mean, 6), load.unit
     if load.amplitude == 0:
         return f"{' '.join(filter(None, [load.name, mean, unit]))}, unchanged"
     if math.isinf(load_factor):
         return f"{' '.join(filter(None, [load.name, mean, unit]))} with any amplitude"
-    # exact for a product of two floats
-    product = Context(prec=60).multiply(_decimal(load_factor), _decimal(load.amplitude))
-    varying = f"± {_decimal_text(product, rounding)}"
-    return " ".join(filter(None, [load.name, mean if load.mean else "", varying, unit]))
-
-
-def _decimal(value: float) -> Decimal:
-    """The shortest decimal number that stands for a float, so that 1.27 times 20 is 25.4."""
-    return Decimal(repr(float(value)))
-
-
-def _decimal_text(value: Decimal, rounding: str) -> str:
-    """Rounded to so many digits, and written without an exponent where that takes few zeros."""
-    way, digits = ROUNDINGS[rounding]
-    rounded = Context(prec=digits, rounding=way).plus(value)
-    if not rounded:
-        return "0"
-    return f"{rounded.normalize():f}" if -4 <= rounded.adjusted() <= 6 else f"{float(rounded):.{digits}g}"
+    varying = float(f"{load_factor * load.amplitude:.12g}")  # 0.7 times 3 is 2.1
+    said = {"down": down, "up": up}.get(rounding)
+    text = said(varying, FEW_DIGITS) if said else few(varying, 6)
+    return " ".join(filter(None, [load.name, mean if load.mean else "", f"± {text}", unit]))
 
 
 NO_LOADS: dict[str, Any] = dict.fromkeys(
