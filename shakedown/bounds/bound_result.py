@@ -147,6 +147,7 @@ NO_SAFE_STATE = "no slip keeps every node within its friction limits, even under
 MOVED = "no slip is safe both under the transient load steps and in the loop, at any load factor"
 ZERO_AMPLITUDE = "zero-amplitude loop: the loading does not change over the period, whatever the load factor"
 RELIEVING = "the periodic part of the loading brings no node nearer to its limits at any load factor"
+NO_DIRECTION = "no direction was found along which slips stay safe at every load factor"
 WEDGING = "wedging: slip along one direction raises the friction limits faster than any load factor needs"
 
 
@@ -159,7 +160,7 @@ class LargestLoadFactor(Evidence):
     exactly these nodes open throughout; other zones may do better. It is infeasible where no slip is safe
     at any load factor, unbounded where safe slips exist at arbitrarily large ones, undecided where a search
     found no zone with a safe slip, and not all zones were tried, or where that there is no limit rests on a
-    resistance in doubt.
+    resistance in doubt or on a direction that breaks a row.
 
     Its ``slip`` (dn,) is the safe slip at λ_max [length]; the slip of an open node is its displacement under
     the mean load. Of a zone with open nodes it is the one in which the largest slip of a closed node is

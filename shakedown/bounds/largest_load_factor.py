@@ -83,7 +83,7 @@ def largest_load_factor(
     """λ_max of some limits, certified for the joint whose limits they are where it is given.
 
     ``balanced``: whether the loading has its own mean, so that a slip that is safe at any load factor is
-    safe under the mean.
+    safe under the mean. Undecided where there seems to be no limit, but no direction of slips shows it.
 
     Raises
     ------
@@ -97,6 +97,8 @@ def largest_load_factor(
         found = _by_exact_arithmetic(certified_for, rows, found, tolerances)
     elif certified_for is not None:
         found = _certified(certified_for, rows, taken, found, tolerances)
+    if found.status == Status.UNBOUNDED and not (found.exact or found.residual <= tolerances.feasibility):
+        return replace(found, status=Status.UNDECIDED, load_factor=nan, x=np.full_like(found.x, nan))
     if rows.in_plane or found.status != Status.OPTIMAL or found.certified is not None:
         return found
     missed = _missed(rows, found)

@@ -10,6 +10,7 @@ import numpy as np
 from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.bound_result import (
     MOVED,
+    NO_DIRECTION,
     NO_SAFE_STATE,
     RELIEVING,
     WEDGING,
@@ -215,6 +216,8 @@ def _of_zone(zone: Zone, transient: bool, certify: bool | None, tolerances: Tole
 def _reason(status: Status, rows: DiscRows, with_transient: bool) -> str:
     if status == Status.INFEASIBLE:
         return MOVED if with_transient else NO_SAFE_STATE
+    if status == Status.UNDECIDED:
+        return NO_DIRECTION
     if status == Status.OPTIMAL:
         return ""
     if not relieving(rows):
