@@ -6,10 +6,10 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import NEGLIGIBLE, FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import once_per_problem
-from shakedown.joint.constraints import Constraints, constraints, pressure_stiffness, step_loads
+from shakedown.joint.constraints import Constraints, pressure_stiffness
 from shakedown.joint.law import Law
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
@@ -107,43 +107,17 @@ def exact_numbers(array: FloatArray) -> Exact:
 def _mean(samples: FloatArray, given: FloatArray | None, in_floats: FloatArray) -> Exact:
     if given is not None:
         return exact_numbers(in_floats)
-    from flint import fmpq
-
-    means = [total / len(samples) for total in _totals(np.where(in_floats != 0.0, samples, 0.0))]
-    return np.array([fmpq(value.numerator, value.denominator) for value in means], dtype=object)
-
-
-def _totals(samples: FloatArray) -> list[Fraction]:
-    """The exact sum of every column, with entries as integers of the finest binary unit of the column."""
-    totals = []
-    for column in samples.T:
-        mantissa, exponent = np.frexp(column)
-        finest = int(exponent[column != 0].min(initial=0)) - 53 if column.any() else 0
-        lifts = np.where(column != 0, exponent - 53 - finest, 0).tolist()
-        whole = np.ldexp(mantissa, 53).astype(np.int64).tolist()
-        total = sum(number << lift for number, lift in zip(whole, lifts, strict=True))
-        totals.append(total * Fraction(2) ** finest)
-    return totals
+    return np.asarray(exact_numbers(np.where(in_floats != 0.0, samples, 0.0)).sum(axis=0) / len(samples))
 
 
 def _extremes(problem: Problem, law: Law, q0: Exact, p0: Exact) -> Exact:
-    """d: the largest of ±q¹ − f p¹ over the load steps; floats tell which steps are candidates."""
-    loop, rows = loading(problem), constraints(problem)
-    pressed = np.abs(problem.p_w) + np.abs(loop.p0)
-    terms = np.abs(problem.q_w) + np.abs(loop.q0) + problem.law.limit(pressed)
-    size = np.where(rows.sided, terms.max(axis=0)[rows.node], pressed.max(axis=0)[rows.node])
-    reached = step_loads(problem) >= rows.d - NEGLIGIBLE * size  # candidates for the exact maximum
-    near = np.zeros((problem.m, problem.n), dtype=bool)
-    np.logical_or.at(near.T, rows.node, reached.T)
-    moving_q, moving_p = np.any(loop.q1 != 0, axis=0), np.any(loop.p1 != 0, axis=0)
-    found = []
-    for j in range(problem.n):
-        at, still = np.flatnonzero(near[:, j]), (q0[[j]] - q0[j])[:, None]
-        q1 = exact_numbers(problem.q_w[at, j])[:, None] - q0[j] if moving_q[j] else still
-        p1 = exact_numbers(problem.p_w[at, j])[:, None] - p0[j] if moving_p[j] else still
-        found.append(Law(law.f[[j]]).against(*np.broadcast_arrays(q1, p1)).max(axis=0))
-    of_friction, of_pressures = ([each[part] for each in found] for part in (slice(2), slice(2, None)))
-    return np.concatenate([*of_friction, *of_pressures])
+    """d: the largest of ±q¹ − f p¹ over the load steps."""
+    loop = loading(problem)
+    q1, p1 = (
+        np.where((periodic != 0.0).any(axis=0), exact_numbers(samples) - mean, mean - mean)
+        for periodic, samples, mean in ((loop.q1, problem.q_w, q0), (loop.p1, problem.p_w, p0))
+    )
+    return np.asarray(law.against(q1, p1).max(axis=0))
 
 
 def _whole(rows: Exact) -> ExactRows:
