@@ -3,13 +3,11 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil, log, nan, sqrt
-from typing import NamedTuple
 
 import numpy as np
 
 from shakedown.bounds.uniqueness.moving_sets import (
     LARGEST_SET,
-    MovingSet,
     ScaledStiffness,
     every_set,
     few_nodes,
@@ -37,8 +35,25 @@ WIDTH = 10.0  # largest distance of the best log c from the middle: e²⁰ in c�
 GOLDEN = 0.5 * (sqrt(5) - 1)  # factor by which a step of a golden section shortens the range
 
 
-class RowCoupling(NamedTuple):
-    """ρ*, an upper end of it without round-off, and weights d > 0 that prove it, largest entry 1."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Coupling(Result):
+    """The coupling ratio ρ* of slips with each other's limits.
+
+    With every other slip fixed, node i may slip between L_i and U_i, where its
+    rows are met. If the other slips change by δ, U_i changes by at most (N₊ |δ|)_i and
+    L_i by at most (N₋ |δ|)_i, N∓_ij = |A_ij ± f_i B_ij| / (A_ii ± f_i B_ii).
+
+    Attributes
+    ----------
+    ratio
+        ρ*, the least number for which some d > 0 has N₊ d ≤ ρ* d and N₋ d ≤ ρ* d; NaN where a node is
+        at or above its own critical friction A_ii / (f_i |B_ii|), where it is not defined. Below 1
+        the motion is unique and λ_1 is the limit of shakedown (docs/guarantee.md, statement 3).
+    bound
+        A number ≥ ρ* that the weights prove, rounded up.
+    weights : (n,)
+        These d > 0, largest entry 1: in their norm no limit moves by more than ρ* times the slips.
+    """
 
     ratio: float
     bound: float
@@ -60,7 +75,7 @@ def influence(A: FloatArray, fB: FloatArray) -> FloatArray | None:
     return N
 
 
-def row_coupling_ratio(A: FloatArray, fB: FloatArray) -> RowCoupling | None:
+def row_coupling_ratio(A: FloatArray, fB: FloatArray) -> Coupling | None:
     """The least ρ* for which some d > 0 has N_s d ≤ ρ* d for the limits s of either side.
 
     It is the largest spectral radius of the matrices that take the row of each node from the side of
@@ -94,7 +109,7 @@ def row_coupling_ratio(A: FloatArray, fB: FloatArray) -> RowCoupling | None:
         d = np.maximum(d / d.max(), ROUND_OFF)  # for nodes that hardly take part in the coupling
     weights = best[1]
     bound = _rounded_up(A, fB, weights)
-    return RowCoupling(min(float((N @ weights / weights).max()), bound), bound, weights)
+    return Coupling(min(float((N @ weights / weights).max()), bound), bound, weights)
 
 
 def _rounded_up(A: FloatArray, fB: FloatArray, d: FloatArray) -> float:
@@ -247,34 +262,6 @@ def least_point(convex: Callable[[float], float], low: float, high: float) -> tu
     return (a, at_a) if at_a < at_b else (b, at_b)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Coupling(Result):
-    """Slip-to-slip influence of either side's limits, and the coupling ratio ρ*.
-
-    With every other slip fixed, node i may slip between L_i and U_i, where its
-    rows are met. If the other slips change by δ, U_i changes by at most (N₊ |δ|)_i and
-    L_i by at most (N₋ |δ|)_i, N∓_ij = |A_ij ± f_i B_ij| / (A_ii ± f_i B_ii).
-
-    Attributes
-    ----------
-    ratio
-        ρ*, the least number for which some d > 0 has N₊ d ≤ ρ* d and N₋ d ≤ ρ* d; NaN where a node is
-        at or above its own critical friction A_ii / (f_i |B_ii|), where it is not defined. Below 1
-        the motion is unique and λ_1 is the limit of shakedown (docs/guarantee.md, statement 3).
-    bound
-        A number ≥ ρ* that the weights prove, rounded up.
-    weights : (n,)
-        These d > 0, largest entry 1: in their norm no limit moves by more than ρ* times the slips.
-    influence : (2, n, n)
-        N₊ of the backward limits, N₋ of the forward limits.
-    """
-
-    ratio: float
-    bound: float
-    weights: FloatArray
-    influence: FloatArray
-
-
 @once_per_problem
 def coupling(problem: Problem) -> Coupling:
     """The coupling ratio ρ* of a problem; worked out once per problem.
@@ -288,12 +275,11 @@ def coupling(problem: Problem) -> Coupling:
     False
     """
     require_plane("coupling", problem, NO_SIGNS)
-    n, fB = problem.n, problem.law.limit_rows(problem.B)
-    N, found = influence(problem.A, fB), row_coupling_ratio(problem.A, fB)
-    if N is None or found is None:
-        return Coupling(nan, nan, np.full(n, nan), np.full((2, n, n), nan))
+    found = row_coupling_ratio(problem.A, problem.law.limit_rows(problem.B))
+    if found is None:
+        return Coupling(nan, nan, np.full(problem.n, nan))
     least = 1.0 if rigid_slips(problem).pinned else 0.0  # A z = B z = 0 gives |z| <= N |z|, but for round-off
-    return Coupling(max(found.ratio, least), max(found.bound, least), found.weights, N)
+    return Coupling(max(found.ratio, least), max(found.bound, least), found.weights)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -357,32 +343,17 @@ def unique_in_contact(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> 
         return Uniqueness(True, "slip changes no friction limit (f B = 0)")
     if weakly_coupled(stiffness, friction):
         return Uniqueness(True, "coupling ratio below 1")
-    n = stiffness.n
-    if n <= LARGEST_SET:
-        return _judged(stiffness, every_set(n, separation=False), friction, every=True)
-    few = _judged(stiffness, few_nodes(stiffness, separation=False), friction)
-    if few.unique is False:
-        return few
+    every = stiffness.n <= LARGEST_SET
+    sets = every_set(stiffness.n, separation=False) if every else few_nodes(stiffness, separation=False)
+    lost = first_to_lose(stiffness, sets)
+    if lost.factor <= friction:
+        nodes = ", ".join(str(i) for i in lost.moving.slipping)
+        word = "node" if len(lost.moving.slipping) == 1 else "nodes"
+        at = f"at {lost.factor / stiffness.friction_unit:.5g} times the given friction"
+        slip = f"slip of {word} {nodes} loses uniqueness {at}"
+        return Uniqueness(False, slip, lost.moving.slipping, lost.sides)
+    if every:
+        return Uniqueness(True, f"every set of slipping nodes tried ({len(sets)})")
     if energy_limit(stiffness, separation=False) > friction:
         return Uniqueness(True, "every motion stores more energy than friction can feed it")
-    return few
-
-
-def _judged(
-    stiffness: ScaledStiffness, sets: list[MovingSet], friction: float, *, every: bool = False
-) -> Uniqueness:
-    """What these moving sets tell."""
-    lost = first_to_lose(stiffness, sets)
-    if lost.factor > friction:
-        if every:
-            return Uniqueness(True, f"every set of slipping nodes tried ({len(sets)})")
-        return Uniqueness(None, f"too many sets of slipping nodes to try all ({stiffness.n} nodes)")
-    nodes = ", ".join(str(i) for i in lost.moving.slipping)
-    word = "node" if len(lost.moving.slipping) == 1 else "nodes"
-    at = lost.factor / stiffness.friction_unit
-    return Uniqueness(
-        False,
-        f"slip of {word} {nodes} loses uniqueness at {at:.5g} times the given friction",
-        lost.moving.slipping,
-        lost.sides,
-    )
+    return Uniqueness(None, f"too many sets of slipping nodes to try all ({stiffness.n} nodes)")
