@@ -82,7 +82,7 @@ class Found:
     def weights(self) -> FloatArray:
         """Multipliers of the radii of discs, and of rows, without dimension, (K + k,)."""
         discs, rows, _ = self.program.parts(self.end.multipliers)
-        return np.append(discs[:, 0], rows[: len(self.about.row_g)])
+        return np.append(discs[:, 0], rows[: len(self.about.base.rows)])
 
     @property
     def carrying(self) -> Places:
@@ -93,8 +93,13 @@ class Found:
     @property
     def multipliers(self) -> FloatArray:
         """In the units of the limits, of λ they add up to 1: of all rows, or of the discs that carry."""
-        multipliers = self.weights * self.about.unit
-        return multipliers[self.carrying] if len(self.about.node) else multipliers
+        multipliers = self.every_multiplier
+        return multipliers[self.carrying] if len(self.about.base.node) else multipliers
+
+    @property
+    def every_multiplier(self) -> FloatArray:
+        """Those of all discs and rows, (K + k,)."""
+        return self.weights * self.about.unit * self.about.load_unit
 
     @cached_property
     def contradiction(self) -> float:
@@ -199,8 +204,8 @@ def largest_load_factor(limits: BallLimits, start: FloatArray, distance: float, 
 
     def solve(each: BallLimits, begun: Points) -> Found:
         about = limits_about(each, start, distance)
-        program = about.load_factor_program()
-        return _found(each, about, start, program, lambda y: _largest_load(about, y), begun)
+        program, unit = about.load_factor_program(), 1.0 / about.load_unit
+        return _found(each, about, start, program, lambda y: _largest_load(about, y), begun, unit=unit)
 
     return _by_turns(limits, solve, None, split=split)
 
@@ -208,8 +213,8 @@ def largest_load_factor(limits: BallLimits, start: FloatArray, distance: float, 
 def least_load(limits: BallLimits, start: FloatArray, distance: float) -> float:
     """The smallest load factor ≥ 0 at which the same shares have a ball that holds a slip; NaN unknown."""
     about = limits_about(limits, start, distance).reversed()
-    program = about.load_factor_program(reverse=True)
-    end = sought(_found, limits, about, start, program, lambda y: _largest_load(about, y))
+    program, unit = about.load_factor_program(reverse=True), 1.0 / about.load_unit
+    end = sought(_found, limits, about, start, program, lambda y: _largest_load(about, y), unit=unit)
     if isinstance(end, Missing) or end.status != Status.OPTIMAL:
         return nan
     return -end.value if -end.value > ROUND_OFF else 0.0
@@ -221,14 +226,15 @@ def ball_margin(limits: BallLimits, start: FloatArray, distance: float) -> BallM
     y, w = _widest(about.widest_program(ball=True))
     load_factor, radius = max(float(w[-2]), 0.0), float(np.linalg.norm(y)) + about.offset
     slip = start + limits.metric.inverse @ y * about.length
-    return BallMargin(about.margin(y, load_factor, radius), slip, load_factor, radius * about.length)
+    margin = about.margin(y, radius, load_factor)
+    return BallMargin(margin, slip, load_factor * about.load_unit, radius * about.length)
 
 
 def widest(limits: BallLimits, load_factor: float) -> tuple[FloatArray, float]:
     """The slip with the largest margin to all limits, relative, at a load factor; and that margin."""
-    about = limits_about(limits, np.zeros(limits.n)).at_load(load_factor)
+    about = limits_about(limits, np.zeros(limits.n), load_factor=load_factor)
     y, _ = _widest(about.widest_program(ball=False))
-    return limits.metric.inverse @ y * about.length, about.margin(y, 0.0, 0.0)
+    return limits.metric.inverse @ y * about.length, about.margin(y)
 
 
 def _widest(program: DiscProgram) -> tuple[FloatArray, FloatArray]:
@@ -244,7 +250,7 @@ def largest_ball(limits: BallLimits, load_factor: float, *, split: bool) -> Foun
     start = np.zeros(limits.n)
 
     def solve(each: BallLimits, begun: Points) -> Found:
-        about = limits_about(each, start).at_load(load_factor)
+        about = limits_about(each, start, load_factor=load_factor)
 
         def up_to(cap: float, begun: Points) -> Found:
             program, unit = about.radius_program(cap), about.unit_of_radius
@@ -255,7 +261,7 @@ def largest_ball(limits: BallLimits, load_factor: float, *, split: bool) -> Foun
         if found.status != Status.UNBOUNDED:
             return found
         wide = about.s > 0
-        found = up_to(typical_size(np.abs(about.slack(np.zeros(about.H.shape[2])))[wide] / about.s[wide]), ())
+        found = up_to(typical_size(np.abs(about.slack(np.zeros(about.base.rank)))[wide] / about.s[wide]), ())
         return replace(found, end=replace(found.end, status=Status.UNBOUNDED))
 
     return _by_turns(limits, solve, load_factor, split=split)
@@ -277,7 +283,7 @@ def ball_around(
     """
 
     def solve(each: BallLimits, begun: Points) -> Found:
-        about = limits_about(each, slip).at_load(load_factor)
+        about = limits_about(each, slip, load_factor=load_factor)
 
         def inside(y: FloatArray, multipliers: FloatArray) -> bool:
             radius, margin = _largest_margin(about, y)
@@ -303,12 +309,12 @@ def held_by_none(limits: BallLimits, load_factor: float, slip: FloatArray) -> bo
     the length of Hᵀ z is at most s · z.
     """
     least = replace(limits, share=np.zeros_like(limits.share), own=np.zeros_like(limits.own))
-    about = limits_about(least, slip).at_load(load_factor)
+    about = limits_about(least, slip, load_factor=load_factor)
     program = about.margin_program()
 
     def refuted(multipliers: FloatArray) -> bool:
         discs, rows, _ = program.parts(multipliers)
-        weights = np.append(discs[:, 0], rows[: len(about.row_g)])
+        weights = np.append(discs[:, 0], rows[: len(about.base.rows)])
         right = float(np.einsum("ij,ij", discs, program.right) + rows @ program.rows_right)
         length = float(np.linalg.norm(_balance(program, multipliers)[0]))
         return right < 0.0 and length <= float(about.s @ weights)
@@ -445,18 +451,18 @@ def _largest_margin(about: LimitsAbout, y: FloatArray) -> tuple[float, float]:
 def _largest_load(about: LimitsAbout, y: FloatArray) -> tuple[float, float]:
     """R = ‖y‖ + δ and the largest λ that the limits allow at y with it; NaN where none does."""
     radius = float(np.linalg.norm(y)) + about.offset
-    need, rows = np.split(radius * about.s, [len(about.node)])
-    rows, rising = about.row_g - about.rows @ y - rows, about.row_d > 0
-    load = float(np.min(rows[rising] / about.row_d[rising], initial=inf))
-    return radius, min(load, _last_zero(about.discs_at(y), about.d, need))
+    discs, rows = about.left(y, radius)
+    row_d = about.base.rows_extra[:, 1]
+    load = float(np.min(rows[row_d > 0] / row_d[row_d > 0], initial=inf))
+    return radius, min(load, _last_zero(discs, about.base.extra[:, :, 1])) * about.load_unit
 
 
-def _last_zero(u: FloatArray, d: FloatArray, need: FloatArray) -> float:
-    """The largest λ with |u_1 − λ d_1| + need ≤ u_0 − λ d_0 in every row; inf where all allow every λ.
+def _last_zero(u: FloatArray, d: FloatArray) -> float:
+    """The largest λ with |u_1 − λ d_1| ≤ u_0 − λ d_0 in every row; inf where all allow every λ.
 
     The excess is convex in λ, so that Newton's method comes down to its last zero from above.
     """
-    h, fall = u[:, 0] - need, np.hypot(d[:, 1], d[:, 2])
+    h, fall = u[:, 0], np.hypot(d[:, 1], d[:, 2])
     leaving = fall + d[:, 0] > 0  # beyond this load |u_1 − λ d_1| ≥ λ |d_1| − |u_1| is too large
     load = float(np.min((h + np.hypot(u[:, 1], u[:, 2]))[leaving] / (fall + d[:, 0])[leaving], initial=inf))
     if load == inf:

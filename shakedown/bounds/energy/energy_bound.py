@@ -38,7 +38,6 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, checked_initial_slip
 from shakedown.joint.contact_zone import Part, Zone, contact_zone, coupled_parts, of_slips, weakest
 from shakedown.joint.problem import Problem
-from shakedown.programs.program import power_of_two
 
 NOT_CLEARLY = "as stored A without the pinned slips is not clearly positive definite"
 NOT_ALL_AT_ONCE = "at the least certified load factor of its parts the balls of the others are not confirmed"
@@ -226,30 +225,16 @@ def _strictly_inside(
 def _of_closed(
     zone: Zone, given: FloatArray, distance: float, tolerances: Tolerances, *, split: bool
 ) -> Bound:
-    """The bound of the closed nodes of a zone.
-
-    Found with a periodic part about as large as the constant one: of a small one nothing is lost beside it.
-    """
+    """The bound of the closed nodes of a zone."""
     limits = ball_limits(zone, tolerances=tolerances)
     start = limits.rigid.relative(given)
     if reason := without_margin(zone, limits):
         return no_bound(start, distance, reason).but(share=limits.share, pinned=limits.rigid.pinned)
     check_resolved(limits, start, distance, tolerances)
-    # The power of two next to the load factor at which the periodic part is as large as the constant one.
-    varying = max(np.abs(each).max(initial=0.0) for each in (limits.d, limits.rows.d))
-    constant = max(np.abs(each).max(initial=0.0) for each in (limits.g, limits.rows.g))
-    unit = power_of_two(float(constant / varying)) if varying > 0 else 1.0
-    scaled = replace(limits, d=unit * limits.d, rows=limits.rows._replace(d=unit * limits.rows.d))
-    found = sought(_largest, zone, scaled, start, distance, tolerances, split=split)
+    found = sought(_largest, zone, limits, start, distance, tolerances, split=split)
     if isinstance(found, Missing):
         found = no_bound(start, distance, found.reason, Status.UNDECIDED).but(share=limits.share)
-    found = replace(
-        found,
-        load_factor=unit * found.load_factor,
-        least_load_factor=unit * found.least_load_factor,
-        multipliers=unit * found.multipliers,
-        pinned=limits.rigid.pinned,
-    )
+    found = replace(found, pinned=limits.rigid.pinned)
     if found.share.any() and _may_open_in_a_jump(zone.joint, limits, found):
         return _of_closed(zone, given, distance, tolerances, split=False)
     return found
@@ -305,8 +290,7 @@ def _largest(
 
 def _optimal(found: Found, start: FloatArray, distance: float, least: float) -> Bound:
     limits, load_factor = found.limits, max(found.value, 0.0)
-    weights = found.weights * found.about.unit
-    uncertain = SETTLED * float(weights @ limits.sizes(found.slip, load_factor, found.radius))
+    uncertain = SETTLED * float(found.every_multiplier @ limits.sizes(found.slip, load_factor, found.radius))
     if uncertain > NEGLIGIBLE * load_factor:  # digits are lost beside the constant load: rounded down by all
         load_factor = max(load_factor - uncertain, 0.0)
     radius = found.radius * limits.metric.unit
