@@ -164,17 +164,9 @@ class DiscProgram:
     def sums(self, values: FloatArray) -> FloatArray:
         """Values (K, c) of the discs, added up for every node, (n, c)."""
         count = values.shape[1]
-        places = self._triples if count == CONE else self._places(count)
+        places = (count * self.node[:, None] + np.arange(count)).ravel()
         found = np.bincount(places, values.ravel(), len(self.blocks) * count)
         return np.asarray(found, dtype=float).reshape(-1, count)
-
-    def _places(self, count: int) -> Places:
-        """The index under which the values of every disc are added up."""
-        return (count * self.node[:, None] + np.arange(count)).ravel()
-
-    @cached_property
-    def _triples(self) -> Places:
-        return self._places(CONE)
 
     @cached_property
     def _flat(self) -> FloatArray:
@@ -239,12 +231,6 @@ class DiscProgram:
         bends = across * np.sqrt(np.maximum(weights, 0.0) / length)[:, None]
         return Edges(length - u[:, 0], slopes, bends)
 
-    def halves(self, squares: FloatArray) -> FloatArray:
-        """A root of the sum of the squares (K, 3, 3) of the discs of every node, (n, 3, 3)."""
-        of_nodes = self.sums(squares.reshape(-1, CONE**2)).reshape(-1, CONE, CONE)
-        values, vectors = np.linalg.eigh(of_nodes)  # round-off may make one negative
-        return np.asarray(np.sqrt(np.maximum(values, 0.0))[:, :, None] * np.swapaxes(vectors, 1, 2))
-
     @cached_property
     def unknowns(self) -> Unknowns:
         """Those of the normal equations: reactions, where that is faster and they are not ill-conditioned."""
@@ -296,7 +282,10 @@ class DiscProgram:
         """
         known, dense, r, p = self.unknowns, self._dense, self.rank, len(self.cost)
         t, end, squares = len(known.tied), len(known.dense), scaling.inverse_squares()
-        halves = np.asarray(np.linalg.qr(self.halves(squares), mode="r"))  # one row holds the first number
+        of_nodes = self.sums(squares.reshape(len(squares), CONE**2)).reshape(-1, CONE, CONE)
+        values, vectors = np.linalg.eigh(of_nodes)  # round-off may make one negative
+        roots = np.sqrt(np.maximum(values, 0.0))[:, :, None] * np.swapaxes(vectors, 1, 2)
+        halves = np.asarray(np.linalg.qr(roots, mode="r"))  # one row holds the first number
         stacked = np.zeros((len(dense) + (self.norm is not None), r + p))
         np.multiply(dense[:t], halves[known.tied, :1, 0], out=stacked[:t, :r])
         stacked[np.arange(t)[:, None], known.columns] += halves[known.tied, 0, 1:]

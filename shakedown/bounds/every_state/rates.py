@@ -126,10 +126,7 @@ class RigidRates:
         reach = np.sqrt(np.sum(pull.mean(axis=1) ** 2 / self.weights, axis=1) * self.stretch)
         squares = 0.5 * pull**2 / self.weights * self.stretch / reach[:, None, None]
         loads = [_Load(*each) for each in zip(squares, 0.5 * reach, share * held, strict=True)]
-        rank = self.motions.shape[2]
-        if rank == 1:
-            return bool(self._judged(np.ones((1, 1)), loads, 0.0, 0.0)[0] > 0)
-        return all(self._on_face(axis, loads) for axis in range(rank))
+        return all(self._on_face(axis, loads) for axis in range(self.motions.shape[2]))
 
     def _on_face(self, axis: int, loads: "list[_Load]") -> bool:
         """All motions c with c[axis] = 1 ≥ |c_k|, box by box: halved until each passes, or one fails."""
