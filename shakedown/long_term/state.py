@@ -212,8 +212,8 @@ class LongTermState(SettledState):
         the rate at which the cycles close in, and from what leaps ahead leave open; where it ratchets apart
         from rigid slip, which goes on for ever. Zero in the plane, NaN where undecided.
     signature
-        Identifies the contact states of one period, wherever it is cut
-        (:attr:`EventHistory.signature`); 0 where undecided, and where the body leaves.
+        Identifies the contact states of one period, wherever it is cut; 0 where undecided, and where the
+        body leaves.
     stop
         Why the motion ended before its time; None where it did not.
     met

@@ -5,14 +5,24 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.ground.constants import FloatArray
-from shakedown.ground.named_state import NamedState, Reals
+from shakedown.ground.named_state import Hash, Integers, NamedState, Reals, inner
 
 DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED, PAUSED = range(7)  # ends of a loop
 OUT_OF_WORK = 7  # what motions may take is spent (ground.work_limit)
 EFFORT = 200_000_000  # multiplications and additions after which a loop returns, about a fifth of a second
 ENUMERABLE = 10  # nodes up to which all combinations of two states are tried
 RECORD_ROWS = 256  # rows of a path after which a loop returns so that they are read
+HASH_PRIME = np.uint64(1099511628211)
 LOAD_STEP, REACHES_BACKWARD_LIMIT, REACHES_FORWARD_LIMIT, OPENS, CLOSES, JUMPS = range(6)  # kinds of event
+
+
+@inner
+def code_of(states: Integers, n: int) -> Hash:
+    """A hash of contact states (Fowler, Noll and Vo's)."""
+    code = np.uint64(14695981039346656037)
+    for i in range(n):
+        code = (code ^ np.uint64(states[i] + 2)) * HASH_PRIME
+    return code
 
 
 class Precision(NamedTuple):

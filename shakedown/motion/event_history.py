@@ -33,8 +33,6 @@ from shakedown.motion.course import (
 )
 from shakedown.motion.space.space_run import CURVES, DEGREE, REACHES_LIMIT, STOPS
 
-HASH_START, HASH_PRIME = np.uint64(14695981039346656037), np.uint64(1099511628211)
-
 
 class EventKind(IntEnum):
     """What happens: a load step begins, a node reaches a limit, opens or closes, the state jumps.
@@ -145,30 +143,6 @@ class EventHistory(Result):
         """
         ways = np.where(self.state[:-1] != OPEN, np.abs(np.diff(self.v, axis=0)), 0.0).sum(axis=0)
         return np.asarray(ways > tolerances.periodicity * np.abs(self.v).max(initial=0.0))
-
-    @property
-    def signature(self) -> int:
-        """64 bits for the contact states of a period and the changes between them, wherever it is cut.
-
-        Neither the instants nor the load steps of the changes count.
-
-        Examples
-        --------
-        >>> import shakedown
-        >>> joint, slips = shakedown.example("two-node"), ([0.0, 0.0], [2.0, 1.0])
-        >>> one, other = (shakedown.long_term_state(joint, 0.9, slip).history for slip in slips)
-        >>> one.signature == other.signature
-        True
-        """
-        lasting = np.flatnonzero(np.diff(self.cycle) > NEGLIGIBLE)
-        codes = np.full(len(lasting), HASH_START, dtype=np.uint64)
-        for states in self.state[lasting].T:
-            codes = (codes ^ (states + 2).astype(np.uint64)) * HASH_PRIME
-        changes = codes != np.roll(codes, 1)
-        if not changes.any():
-            return int(codes[0]) if len(codes) else 0
-        mixed = (np.roll(codes, 1)[changes] * HASH_PRIME) ^ codes[changes]
-        return int(((mixed ^ (mixed >> np.uint64(32))) * HASH_PRIME).sum())
 
     def _checked(self, cycle: FloatArray) -> FloatArray:
         """Times in cycles, all of them on the path."""

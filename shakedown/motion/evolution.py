@@ -42,7 +42,7 @@ from shakedown.motion.method import (
 from shakedown.motion.plane.plane_events import PlaneEvents
 from shakedown.motion.space.space_events import SpaceEvents
 from shakedown.motion.steady_slide import ViscousJoint
-from shakedown.motion.viscous_jump import Jump, default_damping, jump_of
+from shakedown.motion.viscous_jump import Jump, default_damping
 
 MOST_RETRIES = 20  # at one instant, each with a larger change of load
 MOST_JUMPS = 20  # per node and load step of a cycle
@@ -145,30 +145,21 @@ class Evolution(Motion):
         method, before = self.method, self.done
         self.enter_cycle(before)
         method.enter(before == 0, record)
-        if not self.held:
-            self.say_why(NOT_SETTLED)
+        if not (self.held and work_is_left()):
+            self.say_why(OUT_OF_WORK if self.held else NOT_SETTLED)
             return False
-        if not work_is_left():
-            self.say_why(OUT_OF_WORK)
-            return False
-        while True:  # ends, as events per load step, jumps per cycle and cycles are limited
+        goes_on = True
+        while goes_on:  # ends, as events per load step, jumps per cycle and cycles are limited
             status = method.follow(1 if before == 0 else cycles)
             count_work(method.effort)
             found = status in method.passable and method.finds_way_on()
             self.pieces += method.recorded(before)
             self.done = before + method.motion.passes
-            if status != DONE and not work_is_left():
-                status = OUT_OF_WORK
-                break
-            if found or status in (RECORD_FULL, PAUSED):
-                continue
-            if status != NO_RATES:
-                break
-            if not self.jump():
-                status = status if work_is_left() else OUT_OF_WORK
-                break
+            goes_on = status != DONE and work_is_left()
+            if goes_on and not found and status not in (RECORD_FULL, PAUSED):
+                goes_on = status == NO_RATES and self.jump()
         if status != DONE:
-            self.say_why(status)
+            self.say_why(status if work_is_left() else OUT_OF_WORK)
         return status == DONE
 
     def _what_it_did(self) -> CycleRecord:
@@ -216,7 +207,7 @@ class Evolution(Motion):
             self._nudged = (step, now, retries)
             return self.jump()  # it stands still next to where it was: a larger change of load leads away
         cycle = self.done + (self.problem.m - len(path) + step + time) / self.problem.m
-        jump = jump_of(cycle, self.problem.layout, self.kappa, load, before.u, rest, moving.steps)
+        jump = moving.jump_to(rest, cycle)
         self.state = State(rest.u, rest.contact)
         if not self.held:
             return False

@@ -393,9 +393,6 @@ class FixedSteps(Motion):
             jump_dissipation=0.0,
             opened=np.asarray(gap.any(axis=0)),
             closed=~np.asarray(gap.all(axis=0)),
-            events=0,
-            signature=0,
-            jumps=(),
         )
 
     def _advance(self, loads: FloatArray, first: int) -> LoadSteps:

@@ -93,9 +93,9 @@ class CycleRecord:
     jump_dissipation: float
     opened: NDArray[np.bool_]
     closed: NDArray[np.bool_]
-    events: int
-    signature: int
-    jumps: tuple[Jump, ...]
+    events: int = 0
+    signature: int = 0
+    jumps: tuple[Jump, ...] = ()
     error: float = 0.0
 
     @property

@@ -24,7 +24,6 @@ and a jump that comes again in every cycle repeats.
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from itertools import pairwise
 from math import floor, inf, log, sqrt
 from typing import ClassVar, NamedTuple
 
@@ -34,11 +33,10 @@ from numpy.typing import NDArray
 from shakedown.ground.constants import NEGLIGIBLE, PER_CENT, SETTLED, SIX_DIGITS, FloatArray
 from shakedown.ground.status import OPEN
 from shakedown.ground.work_limit import BY_BLAS, count_work, work_is_left
-from shakedown.joint.law import Layout
 from shakedown.joint.result import Result
 from shakedown.motion.checked_law import law_violation, reaction_round_off
 from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED, Precision, course
-from shakedown.motion.plane.active_set import ActiveSet, active_set, factorize, rates, solve
+from shakedown.motion.plane.active_set import active_set, factorize, rates, solve
 from shakedown.motion.plane.event_loop import enumerate_states, follow_straight
 from shakedown.motion.plane.moving_state import begin, empty_record, motion_at_rest, run_along
 from shakedown.motion.steady_slide import HOLDS, ViscousJoint, steady_slide
@@ -76,19 +74,6 @@ class Stride(NamedTuple):
     def bend(self) -> float:
         """Departure from a straight path, relative to the accepted one."""
         return self.turn * self.way / (ACCURACY * self.motion)
-
-
-class Speeds(NamedTuple):
-    """A parabola of the speed over the way: its value here, and slopes by differences over the last step."""
-
-    now: float
-    slope: float = 0.0
-    curve: float = 0.0
-    length: float = 0.0
-
-    def after(self, way: float) -> float:
-        """The speed after a further way."""
-        return self.now + way * (self.slope + self.curve * (way + self.length))
 
 
 @dataclass
@@ -138,12 +123,12 @@ class StepLengths:
             self.idle += 1
             return LONGER * self.duration
         straight = AIMED * last.way / sqrt(last.bend) if last.bend > 0.0 else inf
-        longest, speeds, way = LONGER * self.duration, self._speeds_ahead(), 0.0
+        longest, way = LONGER * self.duration, 0.0
         rung = floor(log(last.motion / self.length) / log(RUNG) + 0.5)
         while True:
             rung += 1
             further = self.length * RUNG**rung - last.motion
-            speed = speeds.after(further)
+            speed = self._speed_after(further)
             reached = 0.0 < speed <= FASTER * last.speed and further <= longest * speed
             if way and not (reached and further <= straight):
                 break
@@ -151,21 +136,17 @@ class StepLengths:
             if not reached:
                 break
         way = min(way, straight)
-        speed = speeds.after(way)
+        speed = self._speed_after(way)
         return min(way / speed, longest) if speed > 0.0 else longest
 
-    def _speeds_ahead(self) -> Speeds:
-        """What the last speeds let expect: the parabola through them where they grow faster and faster."""
-        slopes = list[float]()
-        for (before, slow), (at, fast) in pairwise(self.passed):
-            if at == before:
-                return Speeds(self.passed[-1][1])
-            slopes.append((fast - slow) / (at - before))
-        way, speed = self.passed[-1]
-        if not slopes:
-            return Speeds(speed)
-        curve = max(slopes[-1] - slopes[0], 0.0) / (way - self.passed[0][0]) if slopes[-1] > 0.0 else 0.0
-        return Speeds(speed, slopes[-1], curve, way - self.passed[-2][0])
+    def _speed_after(self, further: float) -> float:
+        """The speed to expect after a further way, on a parabola where speeds grow faster and faster."""
+        ways, speeds = np.transpose(self.passed)
+        if len(ways) == 1 or not np.diff(ways).all():
+            return float(speeds[-1])
+        slopes = np.diff(speeds) / np.diff(ways)
+        curve = max(slopes[-1] - slopes[0], 0.0) / (ways[-1] - ways[0]) if slopes[-1] > 0.0 else 0.0
+        return float(speeds[-1] + further * (slopes[-1] + curve * (further + ways[-1] - ways[-2])))
 
 
 MAX_STEPS = 2000
@@ -357,6 +338,13 @@ class Relaxation(ABC):
         way = float(np.abs(u - self.start).max())
         return bool(np.abs(u - self.u).max() <= 1e-3 * way + 1e-12 * self.scale.length)
 
+    def jump_to(self, rest: StepEnd, cycle: float) -> Jump:
+        """The record of the jump that has come to this state of rest."""
+        before, after = self.layout.split(self.start), self.layout.split(rest.u)
+        energies = [potential_energy(self.kappa, self.load, u) for u in (self.start, rest.u)]
+        released = energies[0] - energies[1]
+        return Jump(cycle, *before, *after, rest.contact, released, rest.work, rest.slip, self.steps)
+
     @abstractmethod
     def _equilibrium(self) -> FloatArray | None:
         """Displacements in which the present contact states are in equilibrium; None where there are none."""
@@ -406,32 +394,12 @@ class ViscousMotion(Relaxation):
         self.at_rest.state[:] = self.contact
         if factorize(self.at_rest) <= 0:
             return None
-        return equilibrium(self.at_rest, self.u, self.load)
-
-
-def jump_of(
-    cycle: float,
-    layout: Layout,
-    kappa: FloatArray,
-    load: FloatArray,
-    before: FloatArray,
-    rest: StepEnd,
-    steps: int,
-) -> Jump:
-    """The record of a jump from displacements to a state of rest at this load, in so many implicit steps."""
-    (v, w), (v_rest, w_rest) = layout.split(before), layout.split(rest.u)
-    released = potential_energy(kappa, load, before) - potential_energy(kappa, load, rest.u)
-    return Jump(cycle, v, w, v_rest, w_rest, rest.contact, released, rest.work, rest.slip, steps)
-
-
-def equilibrium(act: ActiveSet, u: FloatArray, load: FloatArray) -> FloatArray:
-    """Displacements (2n,) that satisfy the equations of the moving nodes, the others where they are."""
-    u, change = u.copy(), np.empty_like(u)
-    for _ in range(3):
-        solve(act, load + act.kappa @ u, change)
-        u += change
-    u[Layout(len(act.f)).gaps][act.state != OPEN] = 0.0
-    return u
+        u, change = self.u.copy(), np.empty_like(self.u)
+        for _ in range(3):
+            solve(self.at_rest, self.load + self.kappa @ u, change)
+            u += change
+        u[self.layout.gaps][self.contact != OPEN] = 0.0
+        return u
 
 
 def potential_energy(kappa: FloatArray, load: FloatArray, u: FloatArray) -> float:

@@ -3,7 +3,7 @@
 As :func:`shakedown.motion.event_history.path_violation` and
 :func:`shakedown.motion.checked_law.law_violation`, event after event as the rows of a record are
 filled, together with what else one period says: nodes open throughout, and the signature of its
-contact states (:attr:`shakedown.motion.event_history.EventHistory.signature`).
+contact states and the changes between them, wherever it is cut: neither instants nor load steps count.
 """
 
 import numpy as np

@@ -68,9 +68,8 @@ class SteadySearches:
         """The rules of a search with the accuracy of the motion."""
         motion, scale = self.motion, self.motion.scale
         assert isinstance(motion.method, SpaceEvents)
-        measures = motion.method.measures
-        lost = DISTINCT * measures.precision.settled
-        noise = max(measures.accuracy, lost / scale.force) * scale.length
+        lost = DISTINCT * motion.method.precision.settled
+        noise = max(motion.method.accuracy, lost / scale.force) * scale.length
         moving = swing(motion.problem, motion.load)
         stiffest = np.diag(motion.problem.A).reshape(motion.problem.n, -1).max(axis=1)
         stiffness = np.maximum(stiffest * scale.length / scale.force, 1.0)

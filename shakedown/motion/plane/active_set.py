@@ -474,7 +474,8 @@ def move(
         for k in range(2 * act.n):
             motion[k] += scratch[k]
         add_product(act, scratch, reaction)
-        if largest_residual(act, reaction) <= small + share * largest(reaction, 2 * act.n):
+        left = largest_residual(act, reaction)
+        if left <= small or (share > 0.0 and left <= share * largest(reaction, 2 * act.n)):
             return True
     return False
 

@@ -41,14 +41,12 @@ reactions with the limits.
 Where pivoting finds no rates contact states are enumerated, from Python.
 """
 
-from collections.abc import Iterator
 from functools import cache
 from itertools import product
 from math import prod
 
 import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
 from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.ground.named_state import address_of, entered, handed_on, inner
@@ -57,6 +55,7 @@ from shakedown.motion.course import (
     CLOSES,
     DONE,
     ENUMERABLE,
+    HASH_PRIME,
     LIFTS_OFF,
     LOAD_STEP,
     NO_RATES,
@@ -68,6 +67,7 @@ from shakedown.motion.course import (
     RECORD_FULL,
     TOO_MANY_EVENTS,
     Course,
+    code_of,
 )
 from shakedown.motion.plane.active_set import (
     AIR,
@@ -212,13 +212,12 @@ def note(act: ActiveSet, mo: PlaneMotion, rec: Record, first: int) -> None:
 @inner
 def sign(act: ActiveSet, mo: PlaneMotion, step: int) -> None:
     """Enter the present states and the load step that they begin in into the signature."""
-    prime, code, states = np.uint64(1099511628211), np.uint64(14695981039346656037), act.state
+    code = code_of(act.state, act.n)
     for i in range(act.n):
-        code = (code ^ np.uint64(states[i] + 2)) * prime
-        if states[i] != OPEN:
+        if act.state[i] != OPEN:
             mo.closed[i] = 1
     if code != mo.last_states:
-        mo.signature = ((mo.signature ^ code) * prime ^ np.uint64(step + 2)) * prime
+        mo.signature = ((mo.signature ^ code) * HASH_PRIME ^ np.uint64(step + 2)) * HASH_PRIME
         mo.last_states = code
     mo.signed = True
 
@@ -474,8 +473,10 @@ def enumerate_states(act: ActiveSet, rate: Rates, rate_tol: float) -> bool:
     tried where there are more than 2 ** ``ENUMERABLE`` combinations.
     """
     before = act.state.copy()
-    for states in combinations(act, rate):
-        rate.wanted[:] = states
+    open_to = [choices(int(place), float(f)) for place, f in zip(rate.place, act.f, strict=True)]
+    few = prod(len(states) for states in open_to) <= 1 << ENUMERABLE
+    for states in product(*reversed(open_to)) if few else ():  # the first node's changes first
+        rate.wanted[:] = states[::-1]
         if try_wanted(act, rate, rate_tol):
             return True
     rate.wanted[:] = before
@@ -498,11 +499,3 @@ def try_wanted(act: ActiveSet, rate: Rates, rate_tol: float) -> bool:
 def take_wanted(act: ActiveSet, rate: Rates) -> bool:
     """Take the wanted states; False where the matrix of their equations is singular."""
     return reach_states(act, rate.wanted)
-
-
-def combinations(act: ActiveSet, rate: Rates) -> Iterator[NDArray[np.int64]]:
-    """All combinations of states that the places leave open, the first node's changing first."""
-    open_to = [choices(int(place), float(f)) for place, f in zip(rate.place, act.f, strict=True)]
-    if prod(len(states) for states in open_to) <= 1 << ENUMERABLE:
-        for states in product(*reversed(open_to)):
-            yield np.array(states[::-1], dtype=np.int64)

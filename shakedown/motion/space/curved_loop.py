@@ -21,6 +21,7 @@ from shakedown.ground.named_state import entered, inner, summing
 from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.course import (
     DONE,
+    HASH_PRIME,
     LIFTS_OFF,
     LOAD_STEP,
     NO_RATES,
@@ -29,6 +30,7 @@ from shakedown.motion.course import (
     RECORD_FULL,
     TOO_MANY_EVENTS,
     Course,
+    code_of,
 )
 from shakedown.motion.space.event_search import (
     NEVER,
@@ -36,7 +38,6 @@ from shakedown.motion.space.event_search import (
     expected,
     first_event,
 )
-from shakedown.motion.space.exchange import MOST_EXCHANGES, arrange, compute_out, move
 from shakedown.motion.space.rate_choice import choose_rates
 from shakedown.motion.space.smooth_step import (
     BETWEEN,
@@ -62,6 +63,7 @@ from shakedown.motion.space.space_run import (
     Step,
     StepControl,
 )
+from shakedown.motion.space.speeds import MOST_EXCHANGES, arrange, compute_out, move
 
 AT_EVENT = PAUSED + 1  # within a load step
 AHEAD = 1.05  # length of a step relative to the expected time of the next event
@@ -172,10 +174,6 @@ def smooth_path(run: SpaceRun) -> int:
             shorten(run, h, used)
             if not ct.h > ROUND_OFF:  # no step is short enough, so there are no rates
                 return NO_RATES
-            continue
-        share = share_to_apex(course, mo, sp, st)
-        if share < (SAFETY if st.method == RADAU else 1.0) and h * share > ROUND_OFF:
-            try_next(st, ct, h * share)
             continue
         share = first_event(run, h)
         if share * h > ROUND_OFF and share < NEAR_END and error > allowed_error(course, ct, share * h):
@@ -311,18 +309,6 @@ def better_error(sp: Slipping, st: Step, error: float) -> float:
     if not 0.0 < error < longest:
         return error
     return error * (error / longest) ** (0.5 if st.method == RADAU else 0.2)
-
-
-@inner
-def share_to_apex(course: Course, mo: SpaceMotion, sp: Slipping, st: Step) -> float:
-    """Share of the step, roughly, up to which no pressure of a slipping node passes zero."""
-    share = 1.0
-    for a in range(sp.s):
-        place = 2 * st.n + sp.node[a]
-        p, end = mo.out[place], st.next_out[place]
-        if end < -course.settled and p > course.settled:
-            share = min(share, p / (p - end))
-    return share
 
 
 @inner
@@ -470,9 +456,8 @@ def note(run: SpaceRun, h: float) -> None:
 @inner
 def sign(joint: CompiledJoint, course: Course, mo: SpaceMotion) -> None:
     """Enter the present contact states and the load step that they begin in into the signature."""
-    prime, code = np.uint64(1099511628211), np.uint64(14695981039346656037)
-    for i in range(joint.n):
-        code = (code ^ np.uint64(mo.contact[i] + 2)) * prime
+    code = code_of(mo.contact, joint.n)
     if code != mo.last_states:
-        mo.signature = ((mo.signature ^ code) * prime ^ np.uint64(course.first + mo.step + 2)) * prime
+        step = np.uint64(course.first + mo.step + 2)
+        mo.signature = ((mo.signature ^ code) * HASH_PRIME ^ step) * HASH_PRIME
         mo.last_states = code

@@ -12,9 +12,9 @@ from shakedown.ground.constants import HALVINGS, FloatArray
 from shakedown.ground.named_state import inner, summing
 from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.course import CLOSES, OPENS
-from shakedown.motion.space.exchange import move
 from shakedown.motion.space.smooth_step import find_curve
 from shakedown.motion.space.space_run import DEGREE, REACHES_LIMIT, STOPS, SpaceMotion, SpaceRun
+from shakedown.motion.space.speeds import move
 
 SAMPLES = 8  # samples of a distance within a step
 NEVER = 2.0  # as a share of a step

@@ -14,17 +14,20 @@ the problem until it has left the cone or is found outside.
 
 import numpy as np
 
-from shakedown.ground.constants import DIRECTIONS, NEGLIGIBLE, ROUND_OFF
+from shakedown.ground.constants import DIRECTIONS, NEGLIGIBLE, ROUND_OFF, FloatArray
 from shakedown.ground.named_state import inner, summing
 from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.ground.work_limit import BY_BLAS
 from shakedown.motion.course import CLOSES, ENUMERABLE, OPENS, Course
-from shakedown.motion.space.exchange import arrange, compute_base, compute_out, move
 from shakedown.motion.space.space_run import CompiledJoint, Slipping, SpaceMotion, SpaceRates, SpaceRun
 from shakedown.motion.space.speeds import (
+    arrange,
+    compute_base,
+    compute_out,
     factor,
     find_directions,
     find_matrix,
+    move,
     pack,
     spread_rates,
     substitute,
@@ -213,10 +216,7 @@ def choose_slipping(run: SpaceRun) -> bool:
     pack(joint, mo, rates, sp)
     find_directions(course, mo, sp, sp.q)
     find_matrix(sp, sp.limits)
-    c, largest = sp.s, 0.0
-    for i in range(3 * n):
-        if joint.free[i] == 0:
-            largest = max(largest, max(abs(rates.base[i]), abs(rates.welded[i])))
+    c, largest = sp.s, largest_rate(joint, rates, rates.base)
     for a in range(c):
         i = sp.node[a]
         rates.slack_rate[a] = -sp.drive[a]
@@ -241,6 +241,16 @@ def choose_slipping(run: SpaceRun) -> bool:
     sp.factored = True  # by the last solution of the problem, whose active nodes these are, in the same order
     spread_rates(sp, st, 0)
     return True
+
+
+@inner
+def largest_rate(joint: CompiledJoint, rates: SpaceRates, values: FloatArray) -> float:
+    """The largest rate of a reaction, of these outputs or of the load."""
+    largest = 0.0
+    for i in range(3 * joint.n):
+        if joint.free[i] == 0:
+            largest = max(largest, max(abs(values[i]), abs(rates.welded[i])))
+    return largest
 
 
 @inner
@@ -347,11 +357,9 @@ def change_apex(run: SpaceRun) -> bool:
     """Change the choice of the first node at the apex that breaks its conditions; False where none does."""
     joint, course, rates, sp, st = run.joint, run.course, run.rates, run.slipping, run.step
     n = joint.n
-    largest, fastest = 0.0, 0.0
+    largest, fastest = largest_rate(joint, rates, rates.rate), 0.0
     for i in range(3 * n):
-        if joint.free[i] == 0:
-            largest = max(largest, max(abs(rates.rate[i]), abs(rates.welded[i])))
-        else:
+        if joint.free[i] == 1:
             fastest = max(fastest, abs(rates.rate[i]))
     for a in range(sp.s):
         fastest = max(fastest, abs(st.mu[a]))
@@ -385,13 +393,11 @@ def apex_breaks(run: SpaceRun, i: int, zero_rate: float, zero_speed: float) -> b
     a = 0
     while sp.node[a] != i:
         a += 1
-    mu, N, S = st.mu[a], 3 * n, joint.exchanged
-    dx, dy = mo.direction[2 * i], mo.direction[2 * i + 1]
+    mu, dx, dy = st.mu[a], mo.direction[2 * i], mo.direction[2 * i + 1]
     if mu > 0.0 and p >= -zero_rate and abs(dx * y - dy * x) <= SAME_DIRECTION * max(abs(x), abs(y)):
         return False
-    ax = x - mu * (S[2 * i * N + 2 * i] * dx + S[2 * i * N + 2 * i + 1] * dy)
-    ay = y - mu * (S[(2 * i + 1) * N + 2 * i] * dx + S[(2 * i + 1) * N + 2 * i + 1] * dy)
-    b = p - mu * (S[(2 * n + i) * N + 2 * i] * dx + S[(2 * n + i) * N + 2 * i + 1] * dy)
+    ax, ay, b = of_slip(joint, i, dx, dy)
+    ax, ay, b = x - mu * ax, y - mu * ay, p - mu * b  # the rates while it sticks
     if np.sqrt(ax * ax + ay * ay) <= f * b:
         mo.contact[i] = STICK
     elif not find_apex_direction(joint, mo, i, ax, ay, b):
@@ -399,14 +405,19 @@ def apex_breaks(run: SpaceRun, i: int, zero_rate: float, zero_speed: float) -> b
     return True
 
 
+@inner
+def of_slip(joint: CompiledJoint, i: int, x: float, y: float) -> tuple[float, float, float]:
+    """The changes of the three reactions of a node with its own slip."""
+    S, N, at = joint.exchanged, 3 * joint.n, 2 * i
+    first, second, third = at * N + at, (at + 1) * N + at, (2 * joint.n + i) * N + at
+    return S[first] * x + S[first + 1] * y, S[second] * x + S[second + 1] * y, S[third] * x + S[third + 1] * y
+
+
 @summing
 def across(joint: CompiledJoint, i: int, angle: float, x: float, y: float, p: float) -> float:
     """Rate of the reaction across a direction of slip, at the speed that keeps to the cone; NaN if none."""
-    n, N, S, f = joint.n, 3 * joint.n, joint.exchanged, joint.friction[i]
-    dx, dy = np.cos(angle), np.sin(angle)
-    ax = S[2 * i * N + 2 * i] * dx + S[2 * i * N + 2 * i + 1] * dy
-    ay = S[(2 * i + 1) * N + 2 * i] * dx + S[(2 * i + 1) * N + 2 * i + 1] * dy
-    b = S[(2 * n + i) * N + 2 * i] * dx + S[(2 * n + i) * N + 2 * i + 1] * dy
+    f, dx, dy = joint.friction[i], np.cos(angle), np.sin(angle)
+    ax, ay, b = of_slip(joint, i, dx, dy)
     stiffness, drive = ax * dx + ay * dy + f * b, -(x * dx + y * dy + f * p)
     if stiffness <= 0.0 or drive <= 0.0 or p + drive / stiffness * b < 0.0:
         return np.nan

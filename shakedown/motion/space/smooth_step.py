@@ -108,10 +108,17 @@ def explicit_step(run: SpaceRun, h: float) -> float:
         for i in range(STAGES):
             x += OF_ERROR[i] * k[i * row + 2 * a]
             y += OF_ERROR[i] * k[i * row + 2 * a + 1]
-        stiffness = max(sp.A[2 * a * (2 * s + 1)], sp.A[(2 * a + 1) * (2 * s + 1)])
-        weight = max(1.0, stiffness * ct.length_scale / ct.force_scale)
-        error = max(error, (x * x + y * y) * weight * weight)
+        error = max(error, weighted(sp, ct, a, x, y))
     return h * np.sqrt(error)
+
+
+@inner
+def weighted(sp: Slipping, ct: StepControl, a: int, x: float, y: float) -> float:
+    """The squared error of a node's rate of slip; in stiff directions that of its reaction counts."""
+    at, row = 2 * a, 2 * sp.s + 1
+    stiffness = max(sp.A[at * row], sp.A[(at + 1) * row])
+    weight = max(1.0, stiffness * ct.length_scale / ct.force_scale)
+    return (x * x + y * y) * weight * weight
 
 
 @summing
@@ -206,7 +213,6 @@ OF_ESTIMATE = (
 )
 FAST = 0.2  # approximate rotation of a direction towards its limit in a step, above which a node is fast
 MOST_TURN = 0.5  # largest change of an angle in one round
-SLOW = 0.3  # ratio of successive changes above which the derivatives are renewed
 BACK = lagrange(PLACES[1:])[:, 0]  # weights of the rates at the stages in their polynomial at the beginning
 
 
@@ -354,7 +360,7 @@ def stage_rates(run: SpaceRun, m: int, count: int) -> float:
 def solve_stages(run: SpaceRun, h: float, allowed: float, count: int) -> bool:
     """Find the rates at the stages; False where they do not settle."""
     joint, sp, st = run.joint, run.slipping, run.step
-    last, renewed = np.inf, True
+    last = np.inf
     for turn in range(NEWTON_ROUNDS):
         stage_reactions(sp, st, h)
         if turn > 0 and count > 0 and not turn_on(joint, st, h, count):
@@ -365,13 +371,11 @@ def solve_stages(run: SpaceRun, h: float, allowed: float, count: int) -> bool:
             if moved < 0.0:
                 return False
             change = max(change, h * moved)
-            if renewed:
-                derivatives(sp, st, m, count)
+            derivatives(sp, st, m, count)
         if change <= PER_CENT * allowed:  # of the error of a slip
             return True
         if turn > 3 and not change < last:
             return False
-        renewed = turn == 0 or change > SLOW * last
         last = change
     return False
 
@@ -415,7 +419,5 @@ def estimate(sp: Slipping, st: Step, ct: StepControl, h: float) -> float:
         for m in range(3):
             x -= BACK[m] * st.k[(m + 1) * row + 2 * a]
             y -= BACK[m] * st.k[(m + 1) * row + 2 * a + 1]
-        stiffness = max(sp.A[2 * a * (2 * s + 1)], sp.A[(2 * a + 1) * (2 * s + 1)])
-        weight = max(1.0, stiffness * ct.length_scale / ct.force_scale)
-        error = max(error, (x * x + y * y) * weight * weight)
+        error = max(error, weighted(sp, ct, a, x, y))
     return OF_ESTIMATE * h * np.sqrt(error)

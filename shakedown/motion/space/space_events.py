@@ -42,11 +42,9 @@ from shakedown.motion.course import (
 from shakedown.motion.event_history import CurvedHistory, EventKind
 from shakedown.motion.method import EventMethod, Piece, State, loads_at
 from shakedown.motion.space.curved_loop import follow_curve
-from shakedown.motion.space.exchange import MOST_EXCHANGES, eliminate
 from shakedown.motion.space.implicit_step import TURNS, ImplicitJoint
 from shakedown.motion.space.space_run import (
     DEGREE,
-    Measures,
     SpaceMotion,
     SpaceRun,
     begin,
@@ -54,6 +52,7 @@ from shakedown.motion.space.space_run import (
     resume,
     run_in_space,
 )
+from shakedown.motion.space.speeds import MOST_EXCHANGES, eliminate
 from shakedown.motion.steady_slide import ViscousJoint
 from shakedown.motion.viscous_jump import Relaxation, StepEnd
 
@@ -97,8 +96,8 @@ class DirectedJump(Relaxation):
     ----------
     joint, u, contact, reaction
         As for :class:`Relaxation`.
-    measures
-        What counts as zero, and the scale of the scene.
+    precision, accuracy
+        What counts as zero; the error of a path in the scene.
     """
 
     def __init__(
@@ -107,14 +106,15 @@ class DirectedJump(Relaxation):
         u: FloatArray,
         contact: NDArray[np.int64],
         reaction: FloatArray,
-        measures: Measures,
+        precision: Precision,
+        accuracy: float,
     ) -> None:
         super().__init__(joint, u, contact, reaction)
         self.at_once = False  # whether a path was too long to follow
-        path = course(np.stack([self.load, self.load]), 0, True, measures.precision)
+        path = course(np.stack([self.load, self.load]), 0, True, precision)
         self.run = run_in_space(self.kappa, self.law.f, path, empty_curve_record(0, self.layout.n))
-        accuracy = max(measures.accuracy, SIX_DIGITS)  # the end is exact
-        self.run.control.set(force_scale=self.scale.force, length_scale=self.scale.length, accuracy=accuracy)
+        of_steps = {"force_scale": self.scale.force, "length_scale": self.scale.length}
+        self.run.control.set(**of_steps, accuracy=max(accuracy, SIX_DIGITS))  # the end is exact
 
     def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         end = None if self.at_once else self._followed(stiffer, path)
@@ -185,18 +185,6 @@ MOST_PASSED = 10  # instants of a cycle passed by implicit steps
 MOST_SHORTENED = 8  # lengths of such steps that are tried
 
 
-def measures(scale: Scales, locked: float, moving: float, tolerances: Tolerances) -> Measures:
-    """What counts as zero, given the size of reactions due to locked-in slip and their change over a period.
-
-    Both [force]. A small motion must be followed more accurately in proportion; the cost is the same.
-    """
-    force = max(scale.force, locked)
-    near = max(PER_CENT * tolerances.path * scale.force, tolerances.limit * force)
-    accuracy = max(tolerances.path * min(moving / scale.force, 1.0), ROUND_OFF) if moving else tolerances.path
-    zero = tolerances.limit * force, tolerances.limit * scale.length, 10.0 * tolerances.rate
-    return Measures(Precision(*zero, settled=near), scale, accuracy)
-
-
 class SpaceEvents(EventMethod):
     """The moving state of a joint in space, and the loops that follow it smoothly from event to event.
 
@@ -206,8 +194,8 @@ class SpaceEvents(EventMethod):
 
     Attributes
     ----------
-    measures
-        What counts as zero, and how accurate the path is.
+    scale, accuracy
+        Of the scene; error allowed for one passage of the course, relative to the length scale.
     passable
         Ends of the loop after which there may be a way on (:meth:`finds_way_on`).
     """
@@ -225,13 +213,20 @@ class SpaceEvents(EventMethod):
         self._kept = np.zeros(problem.layout.size, dtype=bool), kappa  # what the last cycles began with
 
     def begin(self, start: FloatArray, first: FloatArray, later: FloatArray, scale: Scales) -> None:
-        """Follow courses through the first and any other cycle, from given displacements (3n,)."""
-        locked = float((np.abs(self.kappa) @ np.abs(start)).max())
-        self.scale = scale
-        self.measures = measures(scale, locked, swing(self.problem, later[1:]), self.tolerances)
-        self.lead(first, later, self.measures.precision)
-        accuracy = self.measures.accuracy
-        self.run.control.set(force_scale=scale.force, length_scale=scale.length, accuracy=accuracy)
+        """Follow courses through the first and any other cycle, from given displacements (3n,).
+
+        What counts as zero follows from the forces of the scene and those of locked-in slip; a motion that
+        is small beside them is followed more accurately in proportion.
+        """
+        t, moving = self.tolerances, swing(self.problem, later[1:])
+        force = max(scale.force, float((np.abs(self.kappa) @ np.abs(start)).max()))
+        near = max(PER_CENT * t.path * scale.force, t.limit * force)
+        small = min(moving / scale.force, 1.0) if moving else 1.0  # small motions cost no more
+        self.scale, self.accuracy = scale, max(t.path * small, ROUND_OFF)
+        zero = t.limit * force, t.limit * scale.length, 10.0 * t.rate
+        self.lead(first, later, Precision(*zero, settled=near))
+        of_steps = {"force_scale": scale.force, "length_scale": scale.length, "accuracy": self.accuracy}
+        self.run.control.set(**of_steps)
         self.direction[:] = 0.0
 
     def set_state(self, state: State) -> bool:
@@ -292,17 +287,14 @@ class SpaceEvents(EventMethod):
         if not rest:
             return False
         reaction = self.reaction(load)
-        if (
-            np.abs(reaction).max() <= self.measures.precision.force
-            and not mo.u[self.problem.layout.gaps].any()
-        ):
+        if np.abs(reaction).max() <= self.precision.force and not mo.u[self.problem.layout.gaps].any():
             steps = self._implicit_steps(np.stack([load, after]))
             if steps:
                 self._pass(rest, steps[0], 0.5, EventKind.LOAD_STEP)  # the reaction rises linearly
             return bool(steps)
         if self._passed == MOST_PASSED or not self._is_next_to_apex(reaction):
             return False
-        allowed, share = self.measures.accuracy * self.scale.length, PER_CENT * rest
+        allowed, share = self.accuracy * self.scale.length, PER_CENT * rest
         for _ in range(MOST_SHORTENED):
             steps = self._implicit_steps(
                 load + np.outer([0.0, 0.5 * share, share], after - before), FEW_TURNS
@@ -321,7 +313,7 @@ class SpaceEvents(EventMethod):
     def _is_next_to_apex(self, reaction: FloatArray) -> bool:
         """Whether a closed node has too little pressure for a direction of slip."""
         pressure = reaction[self.problem.layout.gaps]
-        little = (self.problem.f > 0.0) & (pressure <= self.measures.precision.settled / THREE_DIGITS)
+        little = (self.problem.f > 0.0) & (pressure <= self.precision.settled / THREE_DIGITS)
         return bool((little & (self.contact != OPEN)).any())
 
     def _implicit_steps(self, loads: FloatArray, turns: int = TURNS) -> list[StepEnd]:
@@ -392,7 +384,7 @@ class SpaceEvents(EventMethod):
 
     def relaxation(self, joint: ViscousJoint, state: State, reaction: FloatArray) -> DirectedJump:
         """The viscous motion from a state with given reactions that the joint's load puts out of balance."""
-        return DirectedJump(joint, state.u, state.contact, reaction, self.measures)
+        return DirectedJump(joint, state.u, state.contact, reaction, self.precision, self.accuracy)
 
     def resume(self, time: float) -> None:
         """Continue after a jump, from a given share of the load step."""

@@ -5,7 +5,7 @@ A joint with two tangential directions and its moving state for compiled loops; 
 The data of a step along the smooth path in space, and the control of the next one.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.named_state import Flags, Hash, Integers, NamedState, Reals, Shorts
-from shakedown.motion.checked_law import Scales
-from shakedown.motion.course import JUMPS, LOAD_STEP, Course, Precision
+from shakedown.motion.course import JUMPS, LOAD_STEP, Course
 
 REACHES_LIMIT, STOPS, CURVES = range(6, 9)  # kinds of event, after those of motion.course
 DEGREE = 4  # of the polynomial between the ends of a step
@@ -70,13 +69,13 @@ class CompiledJoint(NamedState):
     kappa : (N, N)
         Contact stiffness [force / length].
     exchanged : (N, N)
-        Outputs from inputs: κ with the free places exchanged (:mod:`.exchange`).
+        Outputs from inputs: κ with the free places exchanged (:mod:`.speeds`).
     friction : (n,)
         Friction coefficients.
     free : (N,)
         1 where a place is free.
     exchanges
-        Made one by one since ``exchanged`` was made afresh (:func:`.exchange.eliminate`).
+        Made one by one since ``exchanged`` was made afresh (:func:`.speeds.eliminate`).
     """
 
     kappa: Reals
@@ -406,24 +405,6 @@ def empty_step(n: int) -> Step:
     step = Step(shapes | dict.fromkeys(("next_out", "next_rate", "scratch"), 3 * n))
     step.set(n=n)
     return step
-
-
-class Measures(NamedTuple):
-    """What counts as zero, and how accurate a path is to be.
-
-    Attributes
-    ----------
-    precision
-        Round-off, and how near a limit a node is at it.
-    scale
-        Of the scene.
-    accuracy
-        Error allowed for one passage of the course, relative to the length scale.
-    """
-
-    precision: Precision
-    scale: Scales
-    accuracy: float
 
 
 class SpaceRun(NamedState):
