@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -141,14 +141,6 @@ class Case(Result):
         return "shakedown" if certain else "either"
 
 
-class _SafeStart(NamedTuple):
-    """A safe slip, the nodes open in it, and whether it is safe only after the transient."""
-
-    start: FloatArray
-    open_nodes: tuple[int, ...] = ()
-    after_transient: bool = False
-
-
 def predicted_below(limits: JointLimits) -> tuple[float, str]:
     """Up to where every closed state is predicted to shake down: λ_1; for a load domain and in space λ_U."""
     lower = limits.lower
@@ -249,7 +241,7 @@ def _first_state(problem: Problem) -> tuple[str, FloatArray]:
 def _cases_at(limits: JointLimits, load_factor: float, random_states: int, seed: int) -> list[Case]:
     """The simulations at one load factor but the nominal one, from states that loads can leave, each once."""
     problem, safe = limits.problem, _safe_start(limits, load_factor)
-    states = {"zero": np.zeros(problem.layout.slip_size), "safe": safe.start}
+    states = {"zero": np.zeros(problem.layout.slip_size), "safe": safe["start"]}
     states |= {} if isinstance(limits.lower, Missing) else {"witness": limits.lower.slip}
     states |= _given_states(problem)
     for k in range(random_states):
@@ -261,8 +253,8 @@ def _cases_at(limits: JointLimits, load_factor: float, random_states: int, seed:
     nominal = _first_state(problem)[0] if load_factor == AS_GIVEN else ""
     at: dict[str, Any] = {"region": region_of(load_factor, limits), "load_factor": load_factor}
     return [
-        Case(**at, initial=name, **safe._asdict())
-        if name == "safe" and (safe.open_nodes or safe.after_transient)
+        Case(**at, initial=name, **safe)
+        if name == "safe" and (safe.get("open_nodes") or safe.get("after_transient"))
         else _case(limits, load_factor, name, state)
         for name, state in _different(states).items()
         if name != nominal
@@ -326,16 +318,16 @@ def _is_in_ball(limits: JointLimits, load_factor: float, name: str, state: Float
     return not isinstance(own, Missing) and bool(own.contains(state))
 
 
-def _safe_start(limits: JointLimits, load_factor: float) -> _SafeStart:
-    """A slip that is safe under the transient too; where there is none, one locked in after it."""
+def _safe_start(limits: JointLimits, load_factor: float) -> dict[str, Any]:
+    """How a case from a safe slip begins: of one safe under the transient too, else locked in after it."""
     problem, upper, tolerances = limits.problem, limits.upper, limits.tolerances
     opened = upper.open_nodes
     if region_of(load_factor, limits) not in (BELOW, PROVED, BETWEEN, IN_ZONE):
-        return _SafeStart(np.full(problem.layout.slip_size, np.nan) if opened else upper.slip)
+        return {"start": np.full(problem.layout.slip_size, np.nan) if opened else upper.slip}
     before = len(transient_path(problem)) > 0
     if before and not opened:
         lasting = safe_slip(problem, load_factor, transient=True, tolerances=tolerances)
         if lasting.status != Status.INFEASIBLE:
-            return _SafeStart(lasting.slip)
+            return {"start": lasting.slip}
     safe = safe_slip(problem, load_factor, open_nodes=opened, tolerances=tolerances)
-    return _SafeStart(safe.slip, open_nodes=opened, after_transient=before)
+    return {"start": safe.slip, "open_nodes": opened, "after_transient": before}

@@ -458,7 +458,11 @@ def slip_limit(
         high = min((x for x in found if not met(x)), default=inf)
         return max((x for x in found if x < high), default=nan), high
 
-    top = largest or _first_end(problem, opened, tolerances)
+    top = (
+        largest
+        or scan_end(upper_bound(problem, open_nodes=opened, certify=False, tolerances=tolerances))
+        or 1.0
+    )
     # at most so many doublings of the end of the scan, while slips there are small enough
     for _ in range(10):
         if met(top):
@@ -481,9 +485,3 @@ def slip_limit(
         slip_range=np.array([found[load_factor].largest for load_factor in scanned]),
         outcomes=tuple(history.at(load_factor).outcome for load_factor in scanned),
     )
-
-
-def _first_end(problem: Problem, open_nodes: tuple[int, ...], tolerances: Tolerances) -> float:
-    """Slightly more than the upper bound; 1 where there is none."""
-    upper = upper_bound(problem, open_nodes=open_nodes, certify=False, tolerances=tolerances)
-    return scan_end(upper) or 1.0

@@ -50,6 +50,7 @@ SUMS = [
     "events",
 ]
 MOST_REASONS = 3  # in words
+IN_SPACE = 64  # states whose paths are held against the law together, and kept until then
 
 
 def joined_state(
@@ -377,7 +378,8 @@ class _Batch:
 
     def run(self, threads: int) -> None:
         """Find all states; an interrupt ends every thread within a fraction of a second or one state."""
-        size = max(1, min(BATCH, len(self.starts) // (8 * threads)))
+        most = BATCH if self.problem.directions == 1 else IN_SPACE
+        size = most if threads == 1 else max(1, min(most, len(self.starts) // (8 * threads)))
         blocks = [slice(first, first + size) for first in range(0, len(self.starts), size)]
         if threads == 1:
             for block in blocks:

@@ -229,12 +229,13 @@ def farthest_apart(places: FloatArray, later: NDArray[np.intp]) -> FloatArray:
     >>> [farthest_apart(corners, np.array(later)).tolist() for later in ([4, 4, 4, 4], [1, 3, 4, 4])]
     [[3.0, 4.0], [-2.0, -3.0]]
     """
-    longest = np.zeros(2)
-    for first, last in enumerate(later.tolist()):
-        ways = places[first:last] - places[first]
-        sizes = np.einsum("kd,kd->k", ways, ways)
+    longest, number, chunk = np.zeros(2), np.arange(len(places)), 64  # at a time, as memory is to stay small
+    for first in range(0, len(places), chunk):
+        own, other = number[first : first + chunk, None], number[first : later[first : first + chunk].max()]
+        ways = places[other] - places[own]
+        sizes = ((own <= other) & (other < later[own])) * np.einsum("jkd,jkd->jk", ways, ways)
         if sizes.max() > longest @ longest:
-            longest = ways[sizes.argmax()]
+            longest = ways[np.unravel_index(sizes.argmax(), sizes.shape)]
     return longest
 
 

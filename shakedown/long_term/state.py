@@ -324,12 +324,7 @@ class LongTermState(SettledState):
         factor (:func:`energy_ball`); or, with all nodes closed, where the slip that is still to come is
         bounded (:func:`accumulated_bound`).
         """
-        return self._proof.proved
-
-    @property
-    def proof_found(self) -> EnergyProof:
-        """The proof, and the number of cycles; margins only where they are known."""
-        return self._proof
+        return self.proof_found.proved
 
     @property
     def energy_margin(self) -> float:
@@ -345,20 +340,20 @@ class LongTermState(SettledState):
         return self._margins.single_node_margin
 
     @cached_property
-    def _proof(self) -> EnergyProof:
-        """The proof, computed on first use by cone programs."""
+    def proof_found(self) -> EnergyProof:
+        """The proof, and the number of cycles; margins only where they are known: by cone programs."""
         if self.outcome != Outcome.SHAKEDOWN:
             return NO_PROOF
         if self.parts:
-            return proof_of_parts([part._proof for part in self.parts])
+            return proof_of_parts([part.proof_found for part in self.parts])
         return self.proof or energy_proof(self)
 
     @cached_property
     def _margins(self) -> EnergyProof:
         """The proof with the margins of the best ball."""
-        if self.parts and self._proof.proved:
+        if self.parts and self.proof_found.proved:
             return proof_of_parts([part._margins for part in self.parts])
-        return self._proof if self._proof.best else with_margins(self)
+        return self.proof_found if self.proof_found.best else with_margins(self)
 
     @property
     def cycles_examined(self) -> int:
