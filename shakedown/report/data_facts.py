@@ -304,8 +304,9 @@ def import_sheet(made: Import, *, written: str | None = None) -> Sheet:
         Fact("asymmetry", f"{reduced.asymmetry:.1e}", note=f"forces left inside {reduced.residual:.1e}"),
     ]
     if made.rigid_residual == made.rigid_residual:
-        meets = "meets this share of its stiffness: of a model held by supports far above 0, else about 0"
-        facts.append(Fact("rigid motion of all", f"{made.rigid_residual:.1e}", note=meets))
+        held = " and ".join(body.name for body in made.evidence.bodies if not body.free)
+        why = f"as supports hold {held}" if held else "of a model that nothing holds about 0"
+        facts.append(Fact("resists rigid motion", f"{made.rigid_residual:.1e}", note=f"of max |K|; {why}"))
     files = [Fact(f"read {name}", f"sha256 {digest[:16]}…") for name, digest in made.sources.items()]
     sections = [_loads(made), _nodes(made), Section("", files)]
     return Sheet(headline(made.problem), [go_on if made.ready else stop], None, facts, sections)

@@ -380,7 +380,7 @@ def limits_on_page(v: Verification) -> dict[str, float]:
         if isinstance(claim.value, float)
     }
     if v.limits.open_nodes:
-        known["zone"] = v.limits.upper.load_factor, "up"
+        known["zone"] = v.limits.upper.load_factor, "down"
     if v.transient is not None:
         known[v.transient.symbol] = certain(v.transient), "down"
     finite = {name: limit for name, limit in known.items() if np.isfinite(limit[0])}
