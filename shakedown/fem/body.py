@@ -419,28 +419,22 @@ def tied(body: ElasticBody, contact: IntArray) -> tuple[sparse.csr_array, IntArr
         If a node of a rigid boundary is held, in contact, or on another one.
     """
     kept = np.ones(body.basis.N, dtype=bool)
-    blocks, labels = [], [np.zeros((0, 2), dtype=np.intp)]
+    unit, moved, labels = sparse.eye_array(body.basis.N, format="csc"), [], [np.zeros((0, 2), dtype=np.intp)]
     taken = {"in contact": contact, "held or prescribed": body.dofs[body.held_rows(), 0]}
     first = int(body.dofs[:, 0].max()) + 1
     for number, name in enumerate(body.rigid):
         rows = np.column_stack([body.rows_on(name, 1 + a) for a in range(body.dimension)])
         nodes = body.dofs[rows[:, 0], 0]
         for what, others in taken.items():
-            if np.isin(nodes, others).any():
-                shared = int(nodes[np.argmax(np.isin(nodes, others))])
+            if (shared := np.intersect1d(nodes, others)).size:
                 raise ProblemError(
-                    f"rigid boundary '{name}': expected free nodes, found node {shared} {what}"
+                    f"rigid boundary '{name}': expected free nodes, found node {shared[0]} {what}"
                 )
         taken[f"on '{name}' too"] = nodes
         motion = rigid_motion(body.positions(nodes))
         kept[rows] = False
-        blocks.append((rows.ravel(), motion.reshape(rows.size, -1)))
+        moved.append(unit[:, rows.ravel()] @ sparse.csr_array(motion.reshape(rows.size, -1)))
         own = np.arange(1, motion.shape[2] + 1)
         labels.append(np.column_stack([np.full(len(own), first + number), own]))
     free = np.flatnonzero(kept)
-    T = [sparse.csr_array((np.ones(len(free)), (free, np.arange(len(free)))), shape=(len(kept), len(free)))]
-    for rows, motion in blocks:
-        spread = sparse.csr_array((len(kept), motion.shape[1])).tolil()
-        spread[rows] = motion
-        T.append(spread.tocsr())
-    return sparse.csr_array(sparse.hstack(T)), np.vstack([body.dofs[free], *labels])
+    return sparse.csr_array(sparse.hstack([unit[:, free], *moved])), np.vstack([body.dofs[free], *labels])
