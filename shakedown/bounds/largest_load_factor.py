@@ -216,24 +216,13 @@ def _by_exact_arithmetic(problem: Problem, rows: DiscRows, found: Largest, toler
     if isinstance(exact, Missing):
         return replace(found, uncertified=exact.reason, disputed=isinstance(exact, Disputed))
     x, z = np.full(len(exact.slip), nan), np.zeros_like(exact.multipliers)
-    least, missing = found.least_load_factor, found.missing
-    if exact.status != Status.INFEASIBLE and found.status == Status.INFEASIBLE:
-        least, missing = _least(rows, False, tolerances)
-    blank = replace(
-        found,
-        load_factor=nan,
-        x=x,
-        z=z,
-        carrying=_none(),
-        exact=True,
-        least_load_factor=least,
-        missing=missing,
-    )
+    blank = replace(found, load_factor=nan, x=x, z=z, carrying=_none(), exact=True)
     if exact.status == Status.INFEASIBLE:
         return replace(_excluded(rows, blank, exact.multipliers), least_load_factor=nan, missing=())
     if exact.status == Status.UNBOUNDED:
-        known = found.status == Status.UNBOUNDED and found.residual <= 0
-        return replace(_along(rows, blank, found.x if known else exact.slip), certified=(inf, inf))
+        return replace(
+            _along(rows, blank, found.x if found.residual <= 0 else exact.slip), certified=(inf, inf)
+        )
     at = exact.load_factor
     x = significant(rows.half_spaces, exact.slip, at, tolerances)[:-1]
     return replace(
