@@ -151,9 +151,7 @@ class StepLengths:
 
 MAX_STEPS = 2000
 MOST_IDLE = 16  # of these within round-off of where they begin: it stands between states that do not last
-FAR = (
-    1 / SIX_DIGITS
-)  # motion, relative to the length scale and earlier slips, beyond which a body slides away
+FAR = 1 / SIX_DIGITS  # motion beyond which a body slides away, relative to its scale and earlier slips
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -292,7 +292,9 @@ class SpaceEvents(EventMethod):
             if steps:
                 self._pass(rest, steps[0], 0.5, EventKind.LOAD_STEP)  # the reaction rises linearly
             return bool(steps)
-        if self._passed == MOST_PASSED or not self._is_next_to_apex(reaction):
+        little = self.precision.settled / THREE_DIGITS  # too little pressure for a direction of slip
+        at_apex = (reaction[self.problem.layout.gaps] <= little) & (self.problem.f > 0.0)
+        if self._passed == MOST_PASSED or not (at_apex & (self.contact != OPEN)).any():
             return False
         allowed, share = self.accuracy * self.scale.length, PER_CENT * rest
         for _ in range(MOST_SHORTENED):
@@ -309,12 +311,6 @@ class SpaceEvents(EventMethod):
                 return True
             share *= max(PER_CENT, min(0.5, 0.5 * np.sqrt(allowed / uneven)))
         return False
-
-    def _is_next_to_apex(self, reaction: FloatArray) -> bool:
-        """Whether a closed node has too little pressure for a direction of slip."""
-        pressure = reaction[self.problem.layout.gaps]
-        little = (self.problem.f > 0.0) & (pressure <= self.precision.settled / THREE_DIGITS)
-        return bool((little & (self.contact != OPEN)).any())
 
     def _implicit_steps(self, loads: FloatArray, turns: int = TURNS) -> list[StepEnd]:
         """The ends of implicit steps from the present state between welded reactions, as far as there are.
