@@ -458,11 +458,10 @@ def slip_limit(
         high = min((x for x in found if not met(x)), default=inf)
         return max((x for x in found if x < high), default=nan), high
 
-    top = (
-        largest
-        or scan_end(upper_bound(problem, open_nodes=opened, certify=False, tolerances=tolerances))
-        or 1.0
-    )
+    if largest is None:
+        upper = upper_bound(problem, open_nodes=opened, certify=False, tolerances=tolerances)
+        largest = scan_end(upper) or 1.0
+    top = largest
     # at most so many doublings of the end of the scan, while slips there are small enough
     for _ in range(10):
         if met(top):
