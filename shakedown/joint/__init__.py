@@ -1,7 +1,7 @@
 """What a joint is: stiffness, friction, loading, and the frictional constraints that follow.
 
-Reading order: ``problem`` (the data, validated once), ``fields`` (every field once: its part, its shape; how
-large and small numbers may be; text, names, JSON), ``places`` (areas, directions and faces of the nodes),
+Reading order: ``problem`` (the data, validated once), ``fields`` (the shape of every field; how large and
+small numbers may be; text, names, JSON), ``places`` (areas, directions and faces of the nodes),
 ``contact_patches`` (its patches in space), ``contact_surface`` (strips, patches and their edges),
 ``hat_functions`` (a joint averaged over a length), ``read_only`` (protected arrays), ``law`` (where the slip
 and the gap of a node stand; Coulomb's law: an interval or a disc), ``loading`` (constant and periodic part,

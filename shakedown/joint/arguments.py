@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from shakedown.ground.argument_kinds import check_count, real_number, whole_number, written
 from shakedown.ground.argument_kinds import checked as checked
 from shakedown.ground.constants import FloatArray, T
-from shakedown.ground.errors import ProblemError, UsageError
+from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import short
 from shakedown.joint.fields import LARGEST, check_slip, finite_array
 from shakedown.joint.problem import Problem
@@ -109,10 +109,7 @@ def checked_initial_slip(
     if slip.shape != (size,):
         raise UsageError(f"{name}: expected shape ({size},), found {slip.shape}")
     stiffness = max(float(np.abs(K).max()) for K in (problem.A, problem.B, problem.C) if K is not None)
-    try:
-        check_slip(name, stiffness, float(np.abs(slip).max()))
-    except ProblemError as error:
-        raise UsageError(str(error)) from None
+    check_slip(name, stiffness, float(np.abs(slip).max()), UsageError)
     return slip
 
 

@@ -192,8 +192,11 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
     free, held = layout.of_nodes(chosen), layout.of_nodes(k)
     flexibility = _inverse(kappa[np.ix_(free, free)], chosen, tolerances)
     follow = _without_round_off(flexibility @ kappa[np.ix_(free, held)])  # −∂u_O/∂u_K
+    # round-off of the condensed stiffness, relative to the terms of its difference
+    known = problem.stiffness_accuracy is not None
+    accuracy = max(stiffness_error(problem), MOTION_ROUND_OFF if known else NO_STIFFNESS)
     parts = kappa[np.ix_(held, held)], kappa[np.ix_(held, free)], follow
-    A, B, C = closed.blocks(_condensed(*parts, closed, _accuracy(problem)))
+    A, B, C = closed.blocks(_condensed(*parts, closed, accuracy))
     given = problem.initial_slip
     joint = replace(
         problem,
@@ -206,12 +209,6 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
         **changed_loads(problem, lambda r: closed.split(r[..., held] - r[..., free] @ follow)),
     )
     return Zone(problem, tuple(chosen), tuple(k), joint, follow[:, closed.slips], flexibility)
-
-
-def _accuracy(problem: Problem) -> float:
-    """The round-off of the condensed stiffness, relative to the terms of its difference."""
-    error = stiffness_error(problem)
-    return max(error, NO_STIFFNESS if problem.stiffness_accuracy is None else MOTION_ROUND_OFF)
 
 
 def _condensed(

@@ -217,12 +217,10 @@ def check_ratios(arrays: Mapping[str, NDArray[np.float64]]) -> None:
     check_slip("key 'initial_slip'", stiffness, slip)
 
 
-def check_slip(what: str, stiffness: float, slip: float) -> None:
-    """Raise ``ProblemError`` where an initial slip is so large that its reactions overflow."""
+def check_slip(what: str, stiffness: float, slip: float, error: type[ShakedownError] = ProblemError) -> None:
+    """Raise an error where an initial slip is so large that its reactions overflow."""
     if slip > LARGEST or stiffness * slip > LARGEST:
-        raise ProblemError(
-            f"{what}: expected slips with reactions up to {LARGEST:g}, found the slip {slip:g}"
-        )
+        raise error(f"{what}: expected slips with reactions up to {LARGEST:g}, found the slip {slip:g}")
 
 
 def check_definiteness(arrays: Mapping[str, FloatArray], rounding: float) -> None:
@@ -239,7 +237,7 @@ def check_definiteness(arrays: Mapping[str, FloatArray], rounding: float) -> Non
     if scale == 0.0:
         return
     scaled = matrix / scale
-    if _clearly_definite(scaled):
+    if is_definite(scaled, -0.5 * DEFAULT.definiteness * float(np.diagonal(scaled).max())):
         return
     eigenvalues = np.linalg.eigvalsh(scaled)
     rounding = rounding or printed_error(matrix)
@@ -279,11 +277,10 @@ def printed_error(*matrices: FloatArray) -> float:
     return float(0.5 * 10.0 ** -max(decimals) / np.abs(entries).max() * np.sqrt(matrices[0].shape[1]))
 
 
-def _clearly_definite(matrix: FloatArray) -> bool:
-    """Whether no eigenvalue lies below half of what counts as zero: there is a factor, found sooner."""
-    shift = 0.5 * DEFAULT.definiteness * float(np.diagonal(matrix).max())
+def is_definite(matrix: FloatArray, least: float) -> bool:
+    """Whether no eigenvalue of a symmetric matrix lies below a number: there is a factor, found sooner."""
     try:
-        np.linalg.cholesky(matrix + shift * np.eye(len(matrix)))
+        np.linalg.cholesky(matrix - least * np.eye(len(matrix)))
     except np.linalg.LinAlgError:
         return False
     return True

@@ -13,7 +13,7 @@ import numpy as np
 from shakedown.ground.constants import NEGLIGIBLE, RESOLVED, SIX_DIGITS, FloatArray
 from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT
 from shakedown.joint.arguments import once_per_problem
-from shakedown.joint.fields import printed_error
+from shakedown.joint.fields import is_definite, printed_error
 from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 
@@ -306,13 +306,10 @@ def _coupling(problem: Problem, lengths: FloatArray, power: int) -> FloatArray:
 def _clearly_held(stiffness: FloatArray) -> bool:
     """Whether a scaled stiffness shows at once that there is nothing rigid; quick."""
     clearly_held = 1 / CLEAR  # smallest eigenvalue of a scaled stiffness, relative, that needs no closer look
-    shift = clearly_held * float(np.abs(stiffness).sum(axis=0).max())
-    try:
-        np.linalg.cholesky(stiffness - shift * np.eye(len(stiffness)))
-    except np.linalg.LinAlgError:
-        values = np.linalg.eigvalsh(stiffness)
-        return bool(values[0] > clearly_held * values[-1])
-    return True
+    if is_definite(stiffness, clearly_held * float(np.abs(stiffness).sum(axis=0).max())):
+        return True
+    values = np.linalg.eigvalsh(stiffness)
+    return bool(values[0] > clearly_held * values[-1])
 
 
 def _meets(resistance: float) -> str:
