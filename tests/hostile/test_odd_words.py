@@ -10,7 +10,7 @@ import shakedown
 FEW = 60
 COMMANDS = ["solve", "critical", "simulate", "simulate", "example", "import", "verify"]
 OPTIONS = {
-    "solve": ["--json", "-q", "--quick", "--open", "--initial", "--distance", "--require"],
+    "solve": ["--json", "-q", "--details", "--open", "--initial", "--distance", "--require"],
     "critical": ["--json", "-q", "--all", "--budget"],
     "simulate": ["--json", "-q", "--load-factor", "--initial", "--cycles", "--method", "-o"],
     "example": ["--json", "-q", "-o"],
