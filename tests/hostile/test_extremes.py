@@ -56,7 +56,9 @@ def test_extreme_joints_in_space_at_the_command_line(tmp_path):
     for number in numbers(6):
         rng = np.random.default_rng([6, number])
         np.savez(tmp_path / "p.npz", **extreme(joint_arrays(rng, 2), rng))
-        judge(number, ["solve", "p.npz", *rng.choice(["--json", "--details", "-q"], 1).tolist()], str(tmp_path))
+        judge(
+            number, ["solve", "p.npz", *rng.choice(["--json", "--details", "-q"], 1).tolist()], str(tmp_path)
+        )
 
 
 def test_extreme_joints_at_the_command_line(tmp_path):
