@@ -201,11 +201,14 @@ def _any_of(members: tuple[Any, ...]) -> Kind | None:
         return None
     or_none = NoneType in members
     said = dict.fromkeys([kind.expected for kind in known] + ["None"] * or_none)
-    return Kind(
-        lambda value: next((found for kind in known if (found := kind.read(value)) is not None), None),
-        " or ".join(said),
-        or_none,
-    )
+
+    def read(value: Any) -> Any:
+        for kind in known:
+            if (found := kind.read(value)) is not None:
+                return found
+        return None
+
+    return Kind(read, " or ".join(said), or_none)
 
 
 def _several(origin: Any, members: tuple[Any, ...]) -> Kind:

@@ -154,7 +154,9 @@ def finite_array(
         raise error(f"{what}: expected real numbers, found {kind(array) if array.ndim else written(value)}")
     with np.errstate(over="ignore", invalid="ignore"):  # overflow is reported as not finite below
         array = np.array(array, dtype=np.float64)
-    bad = ~np.isfinite(array) & ~(np.isnan(array) & nan)
+    bad = ~np.isfinite(array)
+    if nan:
+        bad &= ~np.isnan(array)
     if bad.any():
         first = np.unravel_index(int(bad.argmax()), bad.shape)
         place = name + "".join(f"[{i}]" for i in first)
