@@ -15,9 +15,8 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 from shakedown.ground.argument_kinds import checked
-from shakedown.ground.constants import READ_AT_ONCE
-from shakedown.ground.errors import ProblemError, UsageError, found_in
-from shakedown.ground.regular_file import kind_of, open_regular
+from shakedown.ground.errors import UsageError
+from shakedown.ground.regular_file import kind_of
 from shakedown.ground.shown_values import shortened, visible
 from shakedown.joint.result import frame
 
@@ -218,26 +217,6 @@ def write_csv(path: str | PathLike[str], columns: Columns) -> None:
     table.writerows([cell(entry) for entry in row] for row in zip(*columns.values(), strict=True))
     with atomic_write(path) as file:
         file.write(text.getvalue().encode())
-
-
-def read_csv(path: str | PathLike[str], headings: Sequence[str]) -> dict[str, list[str]]:
-    """The columns of a CSV with these headings, as texts.
-
-    Raises
-    ------
-    ProblemError
-        If there is no such file, or it is another one.
-    """
-    with found_in(shortened(str(path))), open_regular(path) as file:
-        text = file.read(READ_AT_ONCE).decode(errors="replace")
-        try:
-            rows = list(csv.reader(text.splitlines()))
-        except csv.Error:  # an unterminated entry
-            rows = []
-        if not rows or rows[0] != list(map(cell, headings)) or any(len(row) != len(headings) for row in rows):
-            first = ", ".join(headings[:3])
-            raise ProblemError(f"expected a table with the columns {first}, …, found another file")
-    return {name: [row[k] for row in rows[1:]] for k, name in enumerate(headings)}
 
 
 def write_table(path: str | PathLike[str], columns: Columns) -> None:

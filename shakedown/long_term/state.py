@@ -18,7 +18,6 @@ from shakedown.ground.status import Outcome
 from shakedown.ground.work_limit import on_one_thread
 from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.contact_zone import coupled_parts, of_nodes
-from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.passage import (
@@ -513,26 +512,3 @@ def _ball(state: LongTermState, *, best: bool, split: bool = True) -> EnergyBall
     except UsageError:  # there is no such zone
         return None
     return found if isinstance(found, Missing) or found.contains(slip) else None
-
-
-def held_by_friction(problem: Problem, load_factor: float, slip: FloatArray) -> float:
-    """How far friction can hold any one node from its slip at some load step, the others fixed [length].
-
-    With node i displaced by e, all nodes closed, its reactions change by A_ii e and B_ii e: from one within
-    f p to another, |A_ii e| ≤ 2 f p + f |B_ii e|. inf where that is no bound.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> round(held_by_friction(shakedown.example("one-node"), 0.0, np.zeros(1)), 3)
-    2.667
-    """
-    n, d, law = problem.n, problem.directions, problem.law
-    own = np.arange(n)
-    least = np.linalg.svd(problem.A.reshape(n, d, n, d)[own, :, own], compute_uv=False)[:, -1]
-    coupled = np.linalg.norm(problem.B.reshape(n, n, d)[own, own], axis=1)
-    most = (loading(problem).at(load_factor)[1] + problem.B @ slip).max(axis=0)
-    resisted = least - law.limit(coupled)
-    if not resisted.min() > 0:
-        return inf
-    return float(np.max(2.0 * law.limit(np.maximum(most, 0.0)) / resisted))

@@ -6,7 +6,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
-from math import inf, isnan, nan
+from math import inf, nan
 from os import PathLike
 from typing import Any, ClassVar, NamedTuple
 
@@ -17,9 +17,9 @@ from scipy.optimize import brentq
 from shakedown.assessment.assess import Assessment, assess
 from shakedown.assessment.transient_limit import slip_limit
 from shakedown.campaign.pieces import Arrays, Progress, as_text, function_stamp, run_pieces, text_of
-from shakedown.files.atomic_write import check_table, read_csv, write_table
+from shakedown.files.atomic_write import check_table, write_table
 from shakedown.ground.constants import PER_CENT, THREE_DIGITS, FloatArray
-from shakedown.ground.errors import Missing, ProblemError, UsageError, found_in, sought
+from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.shown_values import plain, short, shortened
 from shakedown.ground.status import Outcome
 from shakedown.joint.arguments import check_load_factor, checked, is_finite, real_array, require_problem
@@ -43,7 +43,6 @@ LIMITS = (
 )
 COLUMNS = (*LIMITS, "work", "largest_slip", "slip_limit")
 SAME = ("load_factor", "radius", "slip_below")  # settings common to all meshes
-HEADINGS = ("size", "nodes", *COLUMNS, "directions", "elements", *SAME, "fingerprint")
 
 
 class Tendency(StrEnum):
@@ -155,8 +154,6 @@ class Refinement(Result):
         in the long run at the load factor, from slip zero, and up to which load factor every slip stays
         below the length (:func:`~shakedown.assessment.transient_limit.slip_limit`). NaN where there is none,
         inf where nothing limits it.
-    fingerprints
-        Fingerprints of the joints (``Problem.fingerprint``), by which a report recognises its own.
     elements : (k,)
         How many elements the contacts have (:func:`~shakedown.joint.contact_surface.element_count`).
     """
@@ -170,7 +167,6 @@ class Refinement(Result):
     nodes: NDArray[np.intp]
     directions: int
     numbers: dict[str, FloatArray]
-    fingerprints: tuple[str, ...]
     elements: FloatArray
 
     def table(self) -> dict[str, NDArray[Any]]:
@@ -183,33 +179,7 @@ class Refinement(Result):
             "directions": np.full(len(self.nodes), self.directions),
             "elements": self.elements,
             **{name: np.full(len(self.nodes), nan if each is None else each) for name, each in same.items()},
-            "fingerprint": np.array(self.fingerprints),
         }
-
-    @classmethod
-    def load(cls, path: str | PathLike[str]) -> "Refinement":
-        """The table that :meth:`save` wrote as CSV.
-
-        Raises
-        ------
-        ProblemError
-            If there is no such file, or it is another one.
-        """
-        found = read_csv(path, HEADINGS)
-        fingerprints = tuple(found.pop("fingerprint"))
-        with found_in(shortened(str(path))):
-            try:
-                nodes, directions = [np.array(list(map(int, found.pop(n)))) for n in ("nodes", "directions")]
-                numbers = {name: np.array([float(x or nan) for x in texts]) for name, texts in found.items()}
-                load_factor, *lengths = (float(numbers.pop(name)[0]) for name in SAME)
-            except (ValueError, IndexError) as error:
-                raise ProblemError(f"expected numbers of one mesh or more, found {error}") from None
-            if set(directions) not in ({1}, {2}) or (np.diff(nodes, prepend=0) <= 0).any():
-                raise ProblemError("expected meshes of one joint that get finer, found others")
-        radius, slip_below = (None if isnan(length) else length for length in lengths)
-        meshes = numbers.pop("size"), nodes, int(directions[0])
-        elements = numbers.pop("elements")
-        return cls(load_factor, radius, slip_below, *meshes, numbers, fingerprints, elements)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the table: CSV in full precision, or Parquet where the name ends in .parquet.
@@ -346,7 +316,6 @@ def refine(
             np.array([row["nodes"] for row in rows]),
             rows[0]["directions"],
             {name: np.array([float(row[name]) for row in rows]) for name in COLUMNS},
-            tuple(row["fingerprint"] for row in rows),
             np.array([float(row["elements"]) for row in rows]),
         )
         if output is not None:
@@ -361,7 +330,6 @@ def _about(problem: Problem) -> dict[str, Any]:
         "nodes": problem.n,
         "elements": element_count(problem),
         "directions": problem.directions,
-        "fingerprint": problem.fingerprint,
         "units": problem.units,
         "friction": [float(problem.f.min()), float(problem.f.max())],
         "load steps": problem.m,
