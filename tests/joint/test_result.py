@@ -24,7 +24,14 @@ from shakedown.joint.loading import loading
 from shakedown.joint.result import LINES, WIDTH, Result
 from shakedown.motion.evolution import evolve
 
-OTHERS = {"BoundKind", "Layout", "Missing", "Problem", "Tolerances"}  # dataclasses with rules of their own
+OTHERS = {
+    "BoundKind",
+    "Layout",
+    "Missing",
+    "Problem",
+    "Stiffness",
+    "Tolerances",
+}  # dataclasses with rules of their own
 LARGEST = "block-33"
 
 

@@ -68,7 +68,7 @@ def test_elements_not_nodes_tell_the_order():
     for power, directions in product((0.4, 1.0, 2.0), (1, 2)):
         edge = np.array([2, 4, 8])
         values = {"work": 1.0 + 0.3 / edge**power}
-        meshes = edge, (edge + 1) ** directions, directions, values, ("", "", ""), edge**directions
+        meshes = edge, (edge + 1) ** directions, directions, values, edge**directions
         found = Refinement(1.0, None, None, *meshes)
         trend_of_it = found.trends["work"]
         if power < SLOWEST:
