@@ -17,7 +17,7 @@ import shakedown
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from shakedown import Problem
 from shakedown.ground.constants import FloatArray
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 from shakedown.report.facts import table
 
 TITLE = "Slip in any direction and any order of the loads, against the accumulated slip that is proved"

@@ -13,7 +13,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 import shakedown
 from shakedown import Problem
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 from shakedown.motion.space.implicit_step import ImplicitJoint
 from shakedown.plot.patch_places import Places, patch_axes, places_of
 from shakedown.report.facts import table

@@ -14,7 +14,7 @@ import numpy as np
 
 from shakedown import Problem
 from shakedown.ground.constants import FloatArray
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 
 STICK, BACKWARD, FORWARD, OPEN = "stick", "backward", "forward", "open"
 SIDE = {BACKWARD: 1, FORWARD: -1}

@@ -30,8 +30,7 @@ import shakedown
 from shakedown import Problem, plot
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.shown_values import with_unit
-from shakedown.joint.constraints import Constraints, constraints
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import Constraints, constraints, loading
 from shakedown.motion.evolution import evolve
 from shakedown.plot.style import BLUE, GREEN, GREY, ORANGE, RED, units_of
 from shakedown.report.facts import table

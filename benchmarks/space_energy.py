@@ -17,7 +17,7 @@ import shakedown
 from shakedown import EnergyBall, Problem, energy_ball, energy_bound
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, brick_mesh, contact_problem
 from shakedown.ground.constants import FloatArray
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 from shakedown.motion.evolution import evolve
 from shakedown.report.facts import table
 

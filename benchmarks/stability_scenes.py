@@ -10,8 +10,8 @@ import shakedown
 from benchmarks.problems import random_problem
 from shakedown import Problem
 from shakedown.ground.constants import FloatArray
-from shakedown.joint.loading import loading
-from shakedown.motion.checked_law import Scales, scales
+from shakedown.joint.constraints import loading
+from shakedown.motion.course import Scales, scales
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ OPEN_SUBPACKAGES = {
 MOST_NAMES = 62  # at the top
 INSIDE = {  # what commands and studies reach for beside public names: checks of targets, the loops that are timed
     ("cli.options", "shakedown.files.atomic_write"),
-    ("cli.studies", "shakedown.campaign.cluster"),
+    ("cli.studies", "shakedown.campaign.pieces"),
     ("cli.solve", "shakedown.assessment.three_numbers"),
     ("benchmarks.rigid_motions", "shakedown.joint.rigid_slips"),
     ("benchmarks.decks", "shakedown.models.readers.deck"),
@@ -60,10 +60,10 @@ INSIDE = {  # what commands and studies reach for beside public names: checks of
     ("benchmarks.stability", "shakedown.motion.plane.active_set"),
     ("benchmarks.stability", "shakedown.motion.fixed_steps"),
     ("benchmarks.stability", "shakedown.motion.plane.moving_state"),
-    ("benchmarks.stability", "shakedown.joint.loading"),
+    ("benchmarks.stability", "shakedown.joint.constraints"),
     ("benchmarks.calculix_cycles", "shakedown.models.readers.formats"),
     ("benchmarks.calculix_cycles", "shakedown.models.readers.stiffness"),
-    ("benchmarks.enumeration", "shakedown.bounds.enumeration.intersection"),
+    ("benchmarks.enumeration", "shakedown.bounds.enumeration.walk_kernel"),
     ("benchmarks.enumeration", "shakedown.bounds.enumeration.tasks"),
     ("benchmarks.space_scenes", "shakedown.motion.method"),
     ("benchmarks.space_scenes", "shakedown.motion.event_history"),

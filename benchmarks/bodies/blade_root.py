@@ -11,7 +11,7 @@ from shakedown import Problem
 from shakedown.fem import BodyForce, ElasticBody, Force, Material, Support, Traction, contact_problem
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 from shakedown.motion.space.implicit_step import ImplicitJoint
 
 # Heights of the bottom, the flanks' ends, the slot's rim and the tip, and half of the thickness there.

@@ -1,13 +1,13 @@
 """What an engineer asks about a joint, each limit computed once; predictions compared with simulations.
 
-Reading order: ``assess`` (the three numbers, and the nominal load), ``every_limit`` (every limit, computed
-when first read), ``three_numbers`` (what they come to, and open ends), ``mesh_check`` (whether an edge of
-the mesh decides them), ``transient_limit`` (λ_T, up to which the joint shakes down from its own start, and
-up to which slips stay small). How a limit depends on friction, constant load and amplitude of each node:
-``sensitivities`` (how the slack in every row changes with a parameter, and so the load factor). Between the
-limit and gross slip: ``damping`` (long-term states, stiffness and damping over the amplitude of a load).
+Reading order: ``assess`` (the three numbers, and the nominal load; the bounds by another method),
+``every_limit`` (every limit, computed when first read; whether an edge of the mesh decides it),
+``three_numbers`` (what they come to, and open ends), ``transient_limit`` (λ_T, up to which the joint shakes
+down from its own start, and up to which slips stay small). How a limit depends on friction, constant load
+and amplitude of each node: ``sensitivities`` (how the slack in every row changes with a parameter, and so
+the load factor). Between the limit and gross slip: ``damping`` (long-term states, stiffness and damping over
+the amplitude of a load).
 
 Beside simulations: ``plan`` (where a load factor lies, which load factors, initial states and other paths
-through the same loads, what is predicted there), ``independent_bounds`` (the bounds by another method),
-``verify`` (the simulations, and the comparison).
+through the same loads, what is predicted there), ``verify`` (the simulations, and the comparison).
 """

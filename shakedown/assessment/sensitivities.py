@@ -13,16 +13,15 @@ from shakedown.bounds.energy.ball_limits import BallLimits, EnergyMetric, ball_l
 from shakedown.ground.constants import EPS, NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import DIGITS, plain
-from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.work_limit import Status
 from shakedown.joint.arguments import checked, require_plane
-from shakedown.joint.constraints import Side
+from shakedown.joint.constraints import Side, loading, transient_path
 from shakedown.joint.contact_zone import Zone, contact_zone, coupled_parts
-from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.programs.program import INF, Program, equilibration
-from shakedown.programs.solver import solve
+from shakedown.programs.simplex import solve
 
 NOT_UNIQUE = "what limits it is not unique: several nodes, or load steps, do so alike"
 SAME = 10 * NEGLIGIBLE  # relative to the terms of a derivative: differences between optima that do not matter

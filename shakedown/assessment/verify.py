@@ -8,9 +8,15 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any, Literal, NamedTuple
 
-from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
+from shakedown.assessment.assess import (
+    AS_GIVEN,
+    Assessment,
+    SecondBounds,
+    assess,
+    independent_findings,
+    second_bounds,
+)
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.assessment.independent_bounds import SecondBounds, independent_findings, second_bounds
 from shakedown.assessment.plan import BELOW, NO_ZONE, Case, case_as_given, plan_steps
 from shakedown.assessment.three_numbers import open_ends
 from shakedown.assessment.transient_limit import SlipLimit
@@ -22,9 +28,8 @@ from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.constants import CYCLES, MANY, T
 from shakedown.ground.errors import Missing, UsageError, present
 from shakedown.ground.shown_values import at_lambda, nodes_in_words, plain, short
-from shakedown.ground.status import Guarantee, Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import all_cores, limited_work, on_one_thread
+from shakedown.ground.work_limit import Guarantee, Outcome, all_cores, limited_work, on_one_thread
 from shakedown.joint.arguments import check_load_factor, checked, require_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result

@@ -15,12 +15,11 @@ from shakedown.bounds.discs.scaled_solution import safest
 from shakedown.bounds.largest_load_factor import largest_load_factor
 from shakedown.ground.constants import ALL_PAIRS_UP_TO, ALL_SUBSETS_UP_TO, CONE, NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import Missing, UsageError, sought
-from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.work_limit import Status
 from shakedown.joint.arguments import require_problem
-from shakedown.joint.constraints import by_side
+from shakedown.joint.constraints import by_side, loading
 from shakedown.joint.contact_zone import Zone, contact_zone, coupled_parts
-from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 
 PATIENCE = 10  # simultaneous changes allowed without reducing the number of nodes on the wrong side

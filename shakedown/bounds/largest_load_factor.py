@@ -7,7 +7,13 @@ from math import inf, nan
 
 import numpy as np
 
-from shakedown.bounds.certificate import Disputed, certified_upper, significant
+from shakedown.bounds.certificate import (
+    Disputed,
+    certified_upper,
+    contradiction,
+    load_factor_program,
+    significant,
+)
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.bounds.discs.enclosure import (
     UNPROVED,
@@ -20,16 +26,22 @@ from shakedown.bounds.discs.enclosure import (
     proved_infeasible,
 )
 from shakedown.bounds.discs.safe_proof import proved_unbounded
-from shakedown.bounds.discs.scaled_discs import Carrying, UnscaledSolution, scaled_discs
-from shakedown.bounds.discs.scaled_solution import Frictionless, safest, solve_scaled, without_frictionless
-from shakedown.bounds.row_programs import contradiction, load_factor_program
+from shakedown.bounds.discs.scaled_solution import (
+    Carrying,
+    Frictionless,
+    UnscaledSolution,
+    safest,
+    scaled_discs,
+    solve_scaled,
+    without_frictionless,
+)
 from shakedown.ground.constants import CONE, LARGE, NEGLIGIBLE, ROUND_OFF, FloatArray
 from shakedown.ground.errors import Missing, SolverError, sought
-from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
+from shakedown.ground.work_limit import Status
 from shakedown.joint.problem import Problem
 from shakedown.programs.program import Solution
-from shakedown.programs.solver import solve, widest
+from shakedown.programs.simplex import solve, widest
 
 LOGGER = logging.getLogger("shakedown")
 INACCURATE = "the largest load factor misses its own conditions: a relative residual of {:.1e}"

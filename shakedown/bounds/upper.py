@@ -25,16 +25,15 @@ from shakedown.bounds.discs.scaled_solution import safest
 from shakedown.bounds.largest_load_factor import largest_load_factor, relieving
 from shakedown.ground.constants import CONE, LARGE, FloatArray
 from shakedown.ground.errors import Missing, sought
-from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.work_limit import Status
 from shakedown.joint.arguments import check_load_factor, checked
-from shakedown.joint.constraints import Constraints
+from shakedown.joint.constraints import Constraints, transient_path
 from shakedown.joint.contact_zone import Part, Zone, contact_zone, coupled_parts, of_slips, weakest
-from shakedown.joint.loading import transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.program import Program
-from shakedown.programs.solver import solve
+from shakedown.programs.simplex import solve
 
 UNLIMITED = 0.75  # share of the largest margin that a bounded one can have from which on it is not bounded
 

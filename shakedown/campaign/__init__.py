@@ -10,6 +10,5 @@ Until the block ends the pieces are NPZ files in ``map.npz.parts``, named by a h
 and their number; what a killed run left there is read when it is resumed. Make each about a second of work.
 The file that results depends neither on who did the work nor on how often it was interrupted.
 
-Reading order: ``pieces`` (the run, the files, any executor, worker processes), ``cluster`` (the executor of a
-dask cluster).
+All of it stands in ``pieces``: the run, the files, any executor, worker processes, a dask cluster.
 """

@@ -21,7 +21,7 @@ from shakedown.fem.loads import (
     sine,
     stuck_mode,
 )
-from shakedown.fem.origin import origin_text
+from shakedown.fem.mesh import origin_text
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError

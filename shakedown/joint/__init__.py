@@ -4,9 +4,9 @@ Reading order: ``problem`` (the data, validated once), ``fields`` (the shape of 
 small numbers may be; text, names, JSON), ``places`` (areas, directions and faces of the nodes),
 ``contact_patches`` (its patches in space), ``contact_surface`` (strips, patches and their edges),
 ``hat_functions`` (a joint averaged over a length), ``read_only`` (protected arrays), ``law`` (where the slip
-and the gap of a node stand; Coulomb's law: an interval or a disc), ``loading`` (constant and periodic part,
-load factor, initial gaps), ``rigid_slips`` (motions of a body that only friction holds, and where they are
-pinned), ``constraints`` (the rows G v + λ d ≤ g of the thesis, (5.3)–(5.7), or cones), ``contact_zone`` (a
+and the gap of a node stand; Coulomb's law: an interval or a disc), ``rigid_slips`` (motions of a body that
+only friction holds, and where they are pinned), ``constraints`` (constant and periodic part of the loads,
+load factor, initial gaps; the rows G v + λ d ≤ g of the thesis, (5.3)–(5.7), or cones), ``contact_zone`` (a
 joint with some nodes open, the joints that a joint falls into), ``units`` (loads in units of their own,
 likely mistakes), ``arguments`` (checks of arguments; what is built once for a problem), ``result`` (common
 methods of results).

@@ -14,12 +14,19 @@ from numpy.typing import NDArray
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError, UsageError
-from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.work_limit import Status
 from shakedown.joint.arguments import node_numbers, once_per_problem
-from shakedown.joint.constraints import Constraints, Side, constraints, stacked, through_transient
+from shakedown.joint.constraints import (
+    Constraints,
+    Side,
+    changed_loads,
+    constraints,
+    loading,
+    stacked,
+    through_transient,
+)
 from shakedown.joint.law import Layout
-from shakedown.joint.loading import changed_loads, loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import MOTION_ROUND_OFF, NO_STIFFNESS, rigid_slips, stiffness_error
 from shakedown.joint.units import NO_LOADS

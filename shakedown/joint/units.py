@@ -12,7 +12,7 @@ from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.shown_values import FEW_DIGITS, down, few, up
 from shakedown.joint.arguments import once_per_problem, require_problem
-from shakedown.joint.loading import MEAN_ROUND_OFF, loading
+from shakedown.joint.constraints import MEAN_ROUND_OFF, loading
 from shakedown.joint.problem import NamedLoad, Problem
 
 FORCES = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6, "GN": 1e9, "daN": 10.0, "kgf": 9.80665}  # in N

@@ -9,7 +9,7 @@ from shakedown.files.atomic_write import check_table, write_csv
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.joint.arguments import checked
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import LoadUnit, load_units, require_loads, units_in_time
 from shakedown.motion.event_history import CurvedHistory, EventHistory

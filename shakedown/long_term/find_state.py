@@ -16,9 +16,8 @@ from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.constants import BATCH, CYCLES, MANY, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import nodes_in_words
-from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import on_one_thread, work_again
+from shakedown.ground.work_limit import Outcome, on_one_thread, work_again
 from shakedown.joint.arguments import (
     check_arguments,
     checked,
@@ -33,10 +32,9 @@ from shakedown.joint.result import Result
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, empty_answers
 from shakedown.long_term.plane.phase_loop import BLURRED, CYCLIC_SLIP, SHAKEDOWN, UNDECIDED
 from shakedown.long_term.plane.search import Answers
-from shakedown.long_term.space.proved_verdict import CLEAR
-from shakedown.long_term.space.steady_states import SteadySearches
+from shakedown.long_term.space.steady_search import CLEAR, SteadySearches
 from shakedown.long_term.state import LongTermState
-from shakedown.motion.checked_law import scales
+from shakedown.motion.course import scales
 from shakedown.motion.method import State, beginning
 
 ORDER = Outcome.SHAKEDOWN, Outcome.SEPARATION, Outcome.CYCLIC_SLIP, Outcome.RATCHETTING, Outcome.UNDECIDED

@@ -7,13 +7,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.constants import BATCH, DISTINCT, RESOLVED, FloatArray
 from shakedown.ground.shown_values import count, cycles_in_words, nodes_in_words
-from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
+from shakedown.ground.work_limit import Outcome
 from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import Passage
-from shakedown.long_term.plane.path_check import path_check
 from shakedown.long_term.plane.period_map import limit, period_map
 from shakedown.long_term.plane.phase_loop import (
     ANEW,
@@ -32,11 +31,10 @@ from shakedown.long_term.plane.phase_loop import (
     settle,
     tell,
 )
-from shakedown.long_term.plane.search import Answers, Settler, search
-from shakedown.long_term.space.proved_verdict import overruled_by_proofs
+from shakedown.long_term.plane.search import Answers, Settler, path_check, search
+from shakedown.long_term.space.steady_search import overruled_by_proofs
 from shakedown.long_term.state import VARIES_LITTLE, LongTermState
-from shakedown.motion.checked_law import alone, swing
-from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED
+from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED, alone, swing
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import State
 from shakedown.motion.plane.event_loop import address_of_loop

@@ -15,8 +15,8 @@ from shakedown.files.atomic_write import atomic_write
 from shakedown.ground.constants import CYCLES, DISTINCT, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import count, cycles_in_words, nodes_in_words, short
-from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.work_limit import Outcome
 from shakedown.joint.arguments import check_arguments, checked, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -24,7 +24,7 @@ from shakedown.long_term.find_state import Patience, settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.node_results import Settled, slip_ranges
 from shakedown.long_term.state import LongTermState, SettledState, SteppedState, of_period
-from shakedown.motion.checked_law import alone, law_resolution, swing
+from shakedown.motion.course import alone, law_resolution, swing
 from shakedown.motion.event_history import EventHistory, path_violation
 from shakedown.motion.fixed_steps import REMEMBERED, FixedSteps
 from shakedown.motion.method import CycleRecord, Walk, cycles_of, walk

@@ -14,8 +14,7 @@ from shakedown.bounds.plane_or_space import holding_ball_sooner, takes_long
 from shakedown.bounds.registry import BOUNDS
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import Missing, UsageError, sought
-from shakedown.ground.status import Outcome
-from shakedown.ground.work_limit import on_one_thread
+from shakedown.ground.work_limit import Outcome, on_one_thread
 from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.contact_zone import coupled_parts, of_nodes
 from shakedown.joint.problem import Problem
@@ -28,7 +27,7 @@ from shakedown.long_term.passage import (
     is_known,
     proving_bound,
 )
-from shakedown.motion.checked_law import path_resolution, scales
+from shakedown.motion.course import path_resolution, scales
 from shakedown.motion.event_history import EventHistory, path_violation
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import CycleRecord, State, Stop, Walk, walk

@@ -17,12 +17,11 @@ from numpy.typing import NDArray
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.work_limit import OPEN
 from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.motion.checked_law import law_violation, reactions, scales
 from shakedown.motion.course import (
     CLOSES,
     JUMPS,
@@ -30,6 +29,9 @@ from shakedown.motion.course import (
     OPENS,
     REACHES_BACKWARD_LIMIT,
     REACHES_FORWARD_LIMIT,
+    law_violation,
+    reactions,
+    scales,
 )
 from shakedown.motion.space.space_run import CURVES, DEGREE, REACHES_LIMIT, STOPS
 

@@ -11,14 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
-from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import count_work, work_is_left
+from shakedown.ground.work_limit import OPEN, count_work, work_is_left
 from shakedown.joint.arguments import check_arguments, checked, checked_damping, require_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import free_stiffness
-from shakedown.motion.checked_law import law_violation
 from shakedown.motion.course import (
     DONE,
     LIFTS_OFF,
@@ -28,6 +26,7 @@ from shakedown.motion.course import (
     PAUSED,
     RECORD_FULL,
     TOO_MANY_EVENTS,
+    law_violation,
 )
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.method import (

@@ -17,15 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.status import BACKWARD_SLIP, OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.work_limit import BACKWARD_SLIP, OPEN
 from shakedown.joint.arguments import checked_initial_slip
+from shakedown.joint.constraints import first_load, loop_path, ramp_start, transient_path
 from shakedown.joint.contact_zone import contact_zone
-from shakedown.joint.loading import first_load, loop_path, ramp_start, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.motion.checked_law import Scales, scales, scales_of
-from shakedown.motion.course import RECORD_ROWS, Course, Precision, course
+from shakedown.motion.course import RECORD_ROWS, Course, Precision, Scales, course, scales, scales_of
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.viscous_jump import Jump
 

@@ -8,21 +8,29 @@ From a result to a picture: ``paths`` reads a result (its path, an instant, sums
 a module below computes what is drawn, ``style`` holds what all pictures share (axes, colours, legends).
 
 - the joint itself: ``joint`` (nodes, loads, what limits it)
-- along a contact in the plane, numbers and zones: ``along``
+- along a contact in the plane, numbers and zones, limits on one scale, slips over the load: ``along``
 - over a patch in space, colours, arrows and marks: ``over_patch``, on the places of ``patch_places``
 - loops of nodes and of loads, reactions in time, damping: ``loops``
 - slip space, reaction space: ``planes``
-- limits on one scale, slips over the load or the cycle, numbers over the mesh: ``load_factors``
-- design diagrams: ``regions``; maps of initial states: ``basins``
+- design diagrams, maps of initial states: ``regions``
 - inside a page: ``inline_svg``, ``patch_places`` (the view in three dimensions)
 - without a window: ``backend``
 """
 
 import shakedown.plot.backend  # noqa: F401  before matplotlib
-from shakedown.plot.along import dissipation_along, friction_use, pressure, slip_along, slip_range, zones
-from shakedown.plot.basins import basin, shakedown_share
+from shakedown.plot.along import (
+    dissipation_along,
+    friction_use,
+    load_factor_scale,
+    pressure,
+    refinement,
+    slip_along,
+    slip_over_load,
+    slip_per_cycle,
+    slip_range,
+    zones,
+)
 from shakedown.plot.joint import contact, loads_along, loads_in_time, sensitivity
-from shakedown.plot.load_factors import load_factor_scale, refinement, slip_over_load, slip_per_cycle
 from shakedown.plot.loops import (
     damping_curve,
     hysteresis,
@@ -44,7 +52,7 @@ from shakedown.plot.over_patch import (
 )
 from shakedown.plot.patch_places import patch_count
 from shakedown.plot.planes import reaction_space, slip_space
-from shakedown.plot.regions import regions
+from shakedown.plot.regions import basin, regions, shakedown_share
 from shakedown.plot.style import save
 
 __all__ = [

@@ -12,8 +12,8 @@ from shakedown.ground.constants import EACH_SHOWN, PER_CENT, SIX_DIGITS, FloatAr
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import with_unit
 from shakedown.joint.arguments import checked, require_plane, require_problem
+from shakedown.joint.constraints import loading
 from shakedown.joint.contact_surface import flanks
-from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.plot import style

@@ -10,9 +10,9 @@ from shakedown.assessment.damping import DampingCurve
 from shakedown.ground.constants import EACH_SHOWN, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import down, few, shortened, sized, with_unit
-from shakedown.ground.status import Outcome
+from shakedown.ground.work_limit import Outcome
 from shakedown.joint.arguments import checked, require_plane, require_problem
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.long_term.conjugate_displacement import load_loops

@@ -11,9 +11,9 @@ from matplotlib.tri import Triangulation
 
 from shakedown.ground.constants import THREE_DIGITS, FloatArray
 from shakedown.ground.shown_values import SHORT_DIGITS, sized, with_unit
-from shakedown.ground.status import OPEN, SLIP, STICK
+from shakedown.ground.work_limit import OPEN, SLIP, STICK
 from shakedown.joint.arguments import checked
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.plot import paths, style

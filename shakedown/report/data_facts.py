@@ -12,12 +12,12 @@ import numpy as np
 from shakedown.ground.constants import EACH_SHOWN, NEGLIGIBLE
 from shakedown.ground.shown_values import LONGEST_NAME, count, few, one_line, shortened, sized, with_unit
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.constraints import loading
 from shakedown.joint.contact_zone import coupled_parts, of_nodes
-from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips, zero_modes
 from shakedown.joint.units import doubtful_data, loads_in_words, units_of
-from shakedown.motion.checked_law import path_resolution, scales
+from shakedown.motion.course import path_resolution, scales
 from shakedown.report.facts import Fact, Section, Sheet, Table, number
 from shakedown.report.notes import FLOATING, LOAD_DOMAIN, TOO_LONG
 

@@ -12,13 +12,13 @@ from shakedown.bounds.upper import upper_bound
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.shown_values import plain
-from shakedown.ground.status import Outcome
+from shakedown.ground.work_limit import Outcome
 from shakedown.joint.constraints import constraints
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import LongTermStates
-from shakedown.motion.checked_law import admissible
-from shakedown.programs.polygon import corners
+from shakedown.motion.course import admissible
+from shakedown.programs.cone_rays import corners
 from shakedown.studies.limit_cycles import (
     LOOKED_AT,
     LimitCycle,

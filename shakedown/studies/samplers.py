@@ -16,7 +16,7 @@ from shakedown.ground.constants import CYCLES, MANY, FloatArray
 from shakedown.ground.errors import Missing, UsageError, allowed
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import is_finite, once_per_problem
-from shakedown.joint.loading import slip_reach
+from shakedown.joint.constraints import slip_reach
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD

@@ -8,7 +8,7 @@ from command import run
 from joints import joint_of_kind
 
 import shakedown
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 
 
 def test_the_check_of_the_pipeline_exits_as_it_says(tmp_path):

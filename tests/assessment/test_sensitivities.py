@@ -8,7 +8,7 @@ from joints import joint_of_kind
 
 import shakedown
 from shakedown.assessment.sensitivities import KINDS, sensitivities
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 from shakedown.report.limit_facts import decided_by
 
 STEP = 1e-3

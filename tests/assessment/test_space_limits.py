@@ -11,7 +11,7 @@ from shakedown import Problem
 from shakedown.assessment.three_numbers import admitted_up_to
 from shakedown.assessment.transient_limit import BELOW
 from shakedown.ground.errors import Missing
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 from shakedown.programs.cone_rays import leaves_cone
 
 JOINT = shakedown.example("two-node-3d")

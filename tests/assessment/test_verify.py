@@ -8,7 +8,7 @@ from joints import creeping, safe_later
 
 import shakedown
 from shakedown import Problem
-from shakedown.assessment import independent_bounds
+from shakedown.assessment import assess as module
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.plan import (
     ABOVE,
@@ -19,8 +19,8 @@ from shakedown.assessment.plan import (
     region_of,
 )
 from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
-from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT
+from shakedown.ground.work_limit import Status
 from shakedown.report.limit_facts import limits_table, solve_sheet
 
 TWO = shakedown.example("two-node")
@@ -79,8 +79,8 @@ def second(status: Status, load_factor: float) -> ConicBound:
 def test_a_second_method_that_contradicts_is_found(status, load_factor, agrees) -> None:
     bounds = shakedown.shakedown_bounds(shakedown.example("two-node"))
     good = second(Status.OPTIMAL, bounds.lower.load_factor)
-    methods = independent_bounds.SecondBounds(good, second(status, load_factor), 2)
-    found = list(independent_bounds.independent_findings(bounds, methods, DEFAULT))
+    methods = module.SecondBounds(good, second(status, load_factor), 2)
+    found = list(module.independent_findings(bounds, methods, DEFAULT))
     assert [verdict for verdict, _ in found] == ([] if agrees == "yes" else [agrees])
 
 
@@ -90,19 +90,12 @@ def test_both_methods_say_the_same_where_no_node_collapses(problem: Problem) -> 
         bounds = shakedown.shakedown_bounds(joint)
         methods = conic_lower_bound(joint), conic_upper_bound(joint)
         assert (
-            list(
-                independent_bounds.independent_findings(
-                    bounds, independent_bounds.SecondBounds(*methods, joint.n), DEFAULT
-                )
-            )
-            == []
+            list(module.independent_findings(bounds, module.SecondBounds(*methods, joint.n), DEFAULT)) == []
         )
 
 
 def test_a_second_method_that_gives_up_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        independent_bounds, "conic_upper_bound", lambda *_, **__: second(Status.UNDECIDED, np.nan)
-    )
+    monkeypatch.setattr(module, "conic_upper_bound", lambda *_, **__: second(Status.UNDECIDED, np.nan))
     report = shakedown.verify(shakedown.example("one-node"), random_states=0)
     assert report.agrees
     assert report.open_questions == ()

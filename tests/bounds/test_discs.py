@@ -12,8 +12,7 @@ import shakedown
 from shakedown import Problem, Status
 from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.ground.errors import SolverError
-from shakedown.joint.constraints import constraints
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import constraints, loading
 
 CITED = {
     "one-node-3d": (1.2517324450972993, 1.251732445097317),
@@ -144,8 +143,7 @@ def test_what_is_proved_holds_in_rational_arithmetic(seed):
     """The slip next to the low end is safe exactly; above the high end the program of Clarabel has none."""
     from shakedown.bounds.discs import enclosure, safe_proof
     from shakedown.bounds.discs.disc_rows import disc_rows
-    from shakedown.bounds.discs.scaled_discs import scaled_discs
-    from shakedown.bounds.discs.scaled_solution import solve_scaled
+    from shakedown.bounds.discs.scaled_solution import scaled_discs, solve_scaled
 
     problem = random_joint(np.random.default_rng(seed), 3)
     rows = disc_rows(problem)
@@ -164,8 +162,7 @@ def test_the_high_end_is_that_of_multipliers_that_balance_exactly(seed):
 
     from shakedown.bounds.discs import enclosure, safe_proof
     from shakedown.bounds.discs.disc_rows import disc_rows
-    from shakedown.bounds.discs.scaled_discs import scaled_discs
-    from shakedown.bounds.discs.scaled_solution import solve_scaled
+    from shakedown.bounds.discs.scaled_solution import scaled_discs, solve_scaled
 
     def exact(values):
         return [fmpq(*float(x).as_integer_ratio()) for x in np.ravel(values)]

@@ -57,5 +57,5 @@ def test_symmetric_slab_is_bounded() -> None:
 
 @pytest.mark.parametrize("load_factor", [-1.0, np.nan, np.inf])
 def test_load_factor_must_be_finite_and_not_negative(load_factor: float) -> None:
-    with pytest.raises(shakedown.UsageError, match="load factor: expected a (finite )?number >= 0"):
+    with pytest.raises(shakedown.UsageError, match=r"load factor: expected a (finite )?number >= 0"):
         shakedown.safe_slip(shakedown.example("two-node"), load_factor)

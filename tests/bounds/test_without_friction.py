@@ -8,8 +8,7 @@ import shakedown
 from shakedown import Outcome, Problem, Status
 from shakedown.bounds.collapse.proof_status import lift_off_bound
 from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
-from shakedown.joint.constraints import Side, constraints
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import Side, constraints, loading
 from tests.joints_in_space import embedded, in_last_bits
 
 

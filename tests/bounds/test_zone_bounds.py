@@ -12,8 +12,8 @@ from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from shakedown import SolverError, UsageError, safe_slip, upper_bound
 from shakedown.bounds.best_zone import best_zone, opened_by_mean_load, zone_limit
 from shakedown.bounds.independent_solver import conic_upper_bound
+from shakedown.joint.constraints import loading
 from shakedown.joint.contact_zone import contact_zone
-from shakedown.joint.loading import loading
 from shakedown.joint.units import without_loads
 from shakedown.report.limit_facts import claims, solve_sheet
 from tests.partly_open import SOME, partly_open

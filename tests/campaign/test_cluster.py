@@ -10,10 +10,9 @@ from types import SimpleNamespace
 import pytest
 from campaign_works import Deadly, Squares, done, squares
 
-from shakedown.campaign import cluster as module
+from shakedown.campaign import pieces as module
 from shakedown.campaign import pieces as pieces_module
-from shakedown.campaign.cluster import cluster_executor
-from shakedown.campaign.pieces import run_pieces
+from shakedown.campaign.pieces import cluster_executor, run_pieces
 from shakedown.ground import code_cache
 from shakedown.ground.errors import SolverError, UsageError
 

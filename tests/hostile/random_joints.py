@@ -6,7 +6,7 @@ import numpy as np
 
 import shakedown
 from shakedown import Problem
-from shakedown.joint.loading import with_initial_gap
+from shakedown.joint.constraints import with_initial_gap
 
 KINDS = ("regular", "singular", "sparse", "whole", "uncoupled", "high friction")
 

@@ -14,7 +14,7 @@ from hostile.random_joints import SPACE, space_joint
 
 import shakedown
 from shakedown import Problem
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 
 ROUND_OFF = 1e-6  # a joint whose κ is singular to rounding may have a condition of 1e8
 SAFE = 1e-8

@@ -7,9 +7,8 @@ import pytest
 
 import shakedown
 from shakedown import Problem, ProblemError, UsageError
-from shakedown.joint.constraints import constraints
+from shakedown.joint.constraints import constraints, loading, with_initial_gap
 from shakedown.joint.contact_zone import contact_zone
-from shakedown.joint.loading import loading, with_initial_gap
 from shakedown.joint.units import without_loads
 
 BLOCK = without_loads(shakedown.example("block-9"))

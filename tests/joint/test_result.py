@@ -19,8 +19,7 @@ from shakedown.bounds.bound_result import Evidence
 from shakedown.bounds.every_state.universal_bound import least_pressure_bound
 from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.bounds.uniqueness.coupling import coupling, unique_in_contact
-from shakedown.joint.constraints import constraints
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import constraints, loading
 from shakedown.joint.result import LINES, WIDTH, Result
 from shakedown.motion.evolution import evolve
 

@@ -8,8 +8,8 @@ import pytest
 
 import shakedown
 from shakedown import Problem, ProblemError, load_problem, save_problem
+from shakedown.joint.constraints import with_initial_gap
 from shakedown.joint.contact_zone import contact_zone
-from shakedown.joint.loading import with_initial_gap
 from shakedown.studies.design_point import with_parameter
 
 SOURCE = json.dumps(

@@ -11,9 +11,17 @@ from public_names import public
 import shakedown
 from shakedown import Problem, ProblemError, UsageError, load_problem, plot, save_problem
 from shakedown.assessment.plan import random_paths
-from shakedown.joint.constraints import constraints, step_loads, through_transient
+from shakedown.joint.constraints import (
+    constraints,
+    loading,
+    ramp_start,
+    slip_reach,
+    step_loads,
+    through_transient,
+    transient_path,
+    with_initial_gap,
+)
 from shakedown.joint.contact_zone import contact_zone
-from shakedown.joint.loading import loading, ramp_start, slip_reach, transient_path, with_initial_gap
 from shakedown.motion.evolution import evolve
 from shakedown.studies.design_point import with_parameter
 

@@ -8,7 +8,7 @@ from joints import creeping
 
 import shakedown
 from shakedown import Outcome, Problem, simulate
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 
 TWO_NODE = shakedown.example("two-node")
 LOWER, UPPER = shakedown.lower_bound(TWO_NODE), shakedown.upper_bound(TWO_NODE)

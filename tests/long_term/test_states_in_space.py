@@ -8,11 +8,11 @@ from joints_in_space import random_joint as that_opens
 import shakedown
 from benchmarks.space_verdicts import random_joint
 from shakedown import Outcome, Problem, Tolerances
-from shakedown.joint.loading import slip_reach
+from shakedown.joint.constraints import slip_reach
 from shakedown.long_term.space.decay import Decay, Period
 from shakedown.long_term.space.measure import Measure
 from shakedown.long_term.space.slope_leaps import MovingSlips, PeriodStep, SlopeLeaps
-from shakedown.motion.checked_law import scales
+from shakedown.motion.course import scales
 from shakedown.motion.evolution import Evolution
 
 CREEPING = np.array([0.32, 0.32, -0.24, -0.24, 0.38, -0.33, 0.33, -0.07])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from shakedown.long_term.plane import path_check
-from shakedown.motion.checked_law import Scales, law_violation
+from shakedown.long_term.plane import search
+from shakedown.motion.course import Scales, law_violation
 
 UNIT = Scales(1.0, 1.0)
 # clause: (f, q, p, w, slip), by how much it is broken
@@ -45,14 +45,14 @@ def test_what_obeys_the_law_passes(case):
 
 
 def test_the_compiled_check_of_a_cycle_says_the_same(monkeypatch):
-    monkeypatch.setattr(path_check, "larger", max)
-    monkeypatch.setattr(path_check, "smaller", min)
+    monkeypatch.setattr(search, "larger", max)
+    monkeypatch.setattr(search, "smaller", min)
     random = np.random.default_rng(0).normal(size=(200, 5)) * (0, 1, 1, 1, 1) + (0.5, 0, 0, 0, 0)
     states = [*(state for state, _ in BROKEN.values()), *LAWFUL.values(), *random]
     scale = Scales(1e9, 1e-6)
 
     def compiled(f, q, p, w, slip, scale):
-        return np.maximum([path_check.broken_law.py_func(scale, f[0], q[0], p[0], w[0], slip[0])], 0.0)
+        return np.maximum([search.broken_law.py_func(scale, f[0], q[0], p[0], w[0], slip[0])], 0.0)
 
     for state in states:
         expected = max(violation(law_violation, state, scale), 0.0)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 from shakedown.joint.units import without_loads
-from shakedown.motion.checked_law import law_violation, scales
+from shakedown.motion.course import law_violation, scales
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.evolution import evolve
 

@@ -7,8 +7,8 @@ import pytest
 
 import shakedown
 from shakedown import ProblemError, UsageError, long_term_state, simulate, upper_bound
+from shakedown.joint.constraints import loading
 from shakedown.joint.contact_zone import contact_zone
-from shakedown.joint.loading import loading
 from shakedown.joint.units import without_loads
 from shakedown.motion.evolution import Evolution, evolve
 from tests.partly_open import SOME, partly_open, zone_bound

@@ -10,7 +10,7 @@ from matplotlib.quiver import Quiver
 
 import shakedown
 from shakedown import UsageError, plot
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 from shakedown.plot.patch_places import places_of
 from shakedown.plot.paths import slip_of_nodes, work_of_nodes
 

@@ -11,7 +11,7 @@ from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.ground.errors import UsageError
 from shakedown.programs.conic import by_clarabel, by_cvxpy
 from shakedown.programs.program import INF, Program
-from shakedown.programs.solver import solve
+from shakedown.programs.simplex import solve
 
 
 def discs(seed, columns=6, cones=30, size=3, rows=5):

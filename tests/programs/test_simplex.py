@@ -5,12 +5,11 @@ import pytest
 
 import shakedown
 from benchmarks.problems import chain, joint
-from shakedown.bounds.row_programs import load_factor_program
+from shakedown.bounds.certificate import load_factor_program
 from shakedown.joint.constraints import constraints
 from shakedown.programs import simplex
 from shakedown.programs.program import INF, Program
-from shakedown.programs.simplex import Simplex
-from shakedown.programs.solver import solve
+from shakedown.programs.simplex import Simplex, solve
 
 
 def square(cost, upper=(1.0, 1.0)):

@@ -11,10 +11,17 @@ from scipy.linalg import qr, solve_triangular
 
 from shakedown.ground.constants import CONE, FloatArray
 from shakedown.joint.arguments import once_per_problem
-from shakedown.joint.constraints import Constraints, Side, pressure_stiffness, rows_named, stacked
+from shakedown.joint.constraints import (
+    Constraints,
+    Side,
+    loading,
+    pressure_stiffness,
+    rows_named,
+    stacked,
+    transient_path,
+)
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.law import Law
-from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips, rigid_slips
 from shakedown.programs.disc_program import SharedBlocks

@@ -25,7 +25,7 @@ from shakedown.bounds.discs.safe_proof import (
     proof_of,
     proved_low,
 )
-from shakedown.bounds.discs.scaled_discs import UnscaledSolution
+from shakedown.bounds.discs.scaled_solution import UnscaledSolution
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import Missing
 from shakedown.ground.tolerances import Tolerances

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from shakedown.bounds.discs.disc_rows import DiscRows, triples
 from shakedown.ground.constants import HALVINGS, FloatArray
+from shakedown.joint.constraints import loading, no_mean
 from shakedown.joint.law import Law
-from shakedown.joint.loading import loading, no_mean
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 

@@ -11,10 +11,9 @@ from shakedown.ground.constants import CONE, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import once_per_problem
-from shakedown.joint.constraints import Side, constraints, through_transient
+from shakedown.joint.constraints import Side, constraints, loading, through_transient, transient_path
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.law import Law
-from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips, rigid_slips
 from shakedown.programs.disc_program import SharedBlocks

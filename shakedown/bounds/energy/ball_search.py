@@ -9,8 +9,8 @@ from typing import NamedTuple, TypeGuard
 import numpy as np
 
 from shakedown.bounds.discs.scaled_solution import polished
-from shakedown.bounds.energy.about_slip import LimitsAbout, limits_about
 from shakedown.bounds.energy.ball_limits import BallLimits, Places
+from shakedown.bounds.energy.exact_check import LimitsAbout, limits_about
 from shakedown.ground.constants import (
     ALTERNATIONS,
     FOUR_DIGITS,
@@ -24,8 +24,8 @@ from shakedown.ground.constants import (
     FloatArray,
 )
 from shakedown.ground.errors import Missing, SolverError, sought
-from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
+from shakedown.ground.work_limit import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.program import typical_size
 from shakedown.programs.self_dual import Enough, Points, SelfDualSolution, never, solve_discs

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.bounds.every_state.scaled_joint import ScaledJoint
+from shakedown.bounds.every_state.rates import ScaledJoint
 from shakedown.ground.constants import (
     ALTERNATIONS,
     EPS,

@@ -2,6 +2,6 @@
 
 Reading order: ``moving_sets`` (κ in units of its own; the friction at which the determinant of some moving
 nodes vanishes; the few that matter among many nodes), ``coupling`` (the ratio ρ* of a joint; friction up to
-which none can vanish; the answer for the given friction), ``difference_gauge`` (where that is not below 1),
+which none can vanish; the answer for the given friction; what is known where ρ* is not below 1),
 ``friction_thresholds`` (at which uniqueness ends, and a joint wedges).
 """

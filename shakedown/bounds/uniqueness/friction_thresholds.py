@@ -33,7 +33,7 @@ from shakedown.joint.arguments import NO_SIGNS, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.programs.program import INF, Program
-from shakedown.programs.solver import solve
+from shakedown.programs.simplex import solve
 
 LARGEST_PROBLEM = 100  # nodes
 PROGRAMS = 60  # linear programs that one search may take

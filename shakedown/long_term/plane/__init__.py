@@ -13,7 +13,7 @@ Where an instant has no rates, where the motion stops, and where the map drifts,
 must be split off, the search returns and is told what Python has found. Every search begins from
 nothing that another one has left, so that no answer depends on the others.
 
-Reading order: ``path_check`` (the friction law along a recorded path), ``period_map`` (a period as
-an affine map, its powers and their limit), ``search`` (where a search has got to), ``phase_loop`` (from phase
+Reading order: ``period_map`` (a period as an affine map, its powers and their limit), ``search`` (where a
+search has got to; the friction law along a recorded path), ``phase_loop`` (from phase
 to phase, state after state).
 """

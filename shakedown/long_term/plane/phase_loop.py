@@ -4,8 +4,7 @@ import numpy as np
 
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.named_state import call_at, entered, inner
-from shakedown.ground.status import BACKWARD_SLIP, STICK
-from shakedown.long_term.plane.path_check import begin_check, broken_law, check_rows, end_check
+from shakedown.ground.work_limit import BACKWARD_SLIP, STICK
 from shakedown.long_term.plane.period_map import (
     along_basis,
     begin_map,
@@ -15,7 +14,7 @@ from shakedown.long_term.plane.period_map import (
     end_map,
     find_limit,
 )
-from shakedown.long_term.plane.search import Settler
+from shakedown.long_term.plane.search import Settler, begin_check, broken_law, check_rows, end_check
 from shakedown.motion.course import DONE, EFFORT, PAUSED, RECORD_FULL
 from shakedown.motion.plane.active_set import add_product, factorize, larger, largest
 from shakedown.motion.plane.moving_state import PlaneRun, begin

@@ -4,6 +4,6 @@ Reading order: ``measure`` (the size of a change), ``decay`` (what is left of th
 it), ``drift`` (whether rigid slip goes on for ever), ``followed_cycles`` (of a search); leaps
 along slow approaches: ``recurrence_leaps`` (as a linear recurrence goes on), ``slope_leaps`` (along the map
 of a period, by its slopes), ``extrapolation`` (which one is tried, and what they leave uncertain);
-``steady_search`` (is it at rest, does it repeat, does it approach a cycle), ``steady_states`` (the answers),
-``proved_verdict`` (verdicts, also those in the plane, compared with what is proved).
+``steady_search`` (is it at rest, does it repeat, does it approach a cycle; the answers, also those in the
+plane, compared with what is proved).
 """

@@ -4,24 +4,45 @@ After every cycle it asks: is the joint at rest, does its state repeat, does it 
 all but reached; and if none is so, whether a leap leads on.
 """
 
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from shakedown.bounds.energy.energy_ball import holding_ball
+from shakedown.bounds.every_state.universal_bound import universal_bound
 from shakedown.ground.constants import (
+    DISTINCT,
     ERROR_FACTOR,
     FOUR_DIGITS,
     NEGLIGIBLE,
     PER_CENT,
+    RESOLVED,
     SEVEN_DIGITS,
     SIX_DIGITS,
     THREE_DIGITS,
     FloatArray,
 )
-from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
-from shakedown.ground.status import Outcome
+from shakedown.ground.errors import Missing, allowed
+from shakedown.ground.shown_values import cycles_in_words, nodes_in_words, short
+from shakedown.ground.tolerances import Tolerances
+from shakedown.ground.work_limit import OPEN, Outcome, on_one_thread, work_again
+from shakedown.joint.arguments import once_per_problem
+from shakedown.joint.constraints import transient_path
+from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import can_drift
-from shakedown.long_term.passage import Passage
+from shakedown.long_term.passage import (
+    ABOVE,
+    BELOW,
+    Passage,
+    beyond_all,
+    bound_of_all,
+    known_limits,
+    proof_from_start,
+)
+from shakedown.long_term.plane.search import Answers
 from shakedown.long_term.space.decay import Period
 from shakedown.long_term.space.drift import drift_goes_on, is_held
 from shakedown.long_term.space.extrapolation import STUCK, Leaps
@@ -33,8 +54,11 @@ from shakedown.long_term.state import (
     of_long_term_period,
     opened_and_closed,
 )
+from shakedown.motion.course import law_resolution, scales, swing
+from shakedown.motion.event_history import CurvedHistory, EventHistory, curved_violations
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.method import CycleRecord, State
+from shakedown.motion.method import CycleRecord, State, cycles_of
+from shakedown.motion.space.space_events import SpaceEvents
 
 MORE = 3  # budget of extra cycles for slopes, as a multiple of the cycles allowed
 # Change per period, relative to its slip, below which a state counts as periodic: the way to rest is at
@@ -312,3 +336,232 @@ class SteadySearch:
             **found,
             **of_long_term_period(records, begun.problem.n),
         )
+
+
+CLEAR = SIX_DIGITS  # relative to the slip per period: no ball holds a cycle that misses its start by less
+
+
+def overruled_by_proofs(state: LongTermState) -> LongTermState:
+    """The state, or shakedown where that is proved of a motion of which a search has found another outcome.
+
+    A cycle that returns to its start and slips is its own proof: no energy ball with margins beyond
+    what it misses holds it (docs/energy.md, section 9). All else is held against what is proved from where
+    the motion began, from every state, and from where it has got to; the numbers are then those of the cycle
+    from there. Before the first cycle is done, the transient may still be to come, and only the start counts.
+    """
+    stopped = state.stop is not None and not state.stop.spent
+    if state.outcome == Outcome.SHAKEDOWN or stopped or _closes(state, CLEAR):
+        return state
+    begun, has_begun = state.begun, state.cycles_simulated > 0
+    if not has_begun and len(transient_path(begun.problem)):
+        proof = proof_from_start(begun)
+        return _proved_at_rest(state, proof) if proof else state
+    if not (state.goal.contact == OPEN).any() and beyond_all(begun):
+        return _proved_to_slip(state)
+    proof = proof_from_start(begun)
+    if not proof and not (state.goal.contact == OPEN).any():
+        proof = proof_from_every_state(begun)
+    if not proof and has_begun and not _closes(state, THREE_DIGITS):  # of the start, λ_E has told
+        proof = proof_by_ball(begun, state.goal)
+    return _proved_at_rest(state, proof) if proof else _proved_to_slip(state)
+
+
+def _proved_to_slip(state: LongTermState) -> LongTermState:
+    """The state; an undecided search in space is cyclic slip without drift where λ > λ_max proves it.
+
+    Every cycle in which all nodes are closed slips by so much at least (docs/energy.md, theorem 10), and a
+    joint without rigid slips does not drift for ever (theorem 8).
+    """
+    problem, above = state.begun.problem, np.inf
+    if state.outcome == Outcome.UNDECIDED and not (state.goal.contact == OPEN).any():
+        above = bound_of_all(problem)
+    if not state.load_factor > ABOVE * above:
+        return state
+    known = f"above λ_max = {short(above)} it cannot come to rest while all nodes stay in contact"
+    followed = problem.directions > 1 and VARIES_LITTLE not in state.reason and not state.jumps
+    lifts = _every_state(problem)[1] if followed else 0.0
+    if not state.load_factor < BELOW * lifts:
+        return replace(state, reason=f"{state.reason}; {known}")
+    known += f", and below λ = {short(lifts)} no slip opens a node, but in a jump"
+    if can_drift(problem):
+        return replace(state, reason=f"{state.reason}; it slips in every cycle, and may drift: {known}")
+    return _with_last_cycle(
+        state,
+        Outcome.CYCLIC_SLIP,
+        f"proved, {known}; the numbers are those of the last cycle: {state.reason}",
+    )
+
+
+@on_one_thread
+def proof_by_ball(begun: Passage, reached: State) -> str:
+    """What proves it by an energy ball about the state reached."""
+    opened = tuple(np.flatnonzero(reached.contact == OPEN).tolist())
+    slip = reached.u[begun.problem.layout.slips]
+    ball = allowed(holding_ball, begun.problem, begun.load_factor, slip, opened, begun.tolerances)
+    inside = not isinstance(ball, Missing) and bool(ball.contains(slip))
+    return "an energy ball holds the state that it has come to" if inside else ""
+
+
+def _closes(state: LongTermState, errors: float) -> bool:
+    """Whether a cycle returns to its start within a given share of its slip."""
+    if state.outcome != Outcome.CYCLIC_SLIP:
+        return False
+    slip = float(state.slip_per_cycle.max())
+    missed = state.return_error * scales(state.begun.problem, state.load_factor).length
+    return bool(missed <= CLEAR * slip and state.error <= errors * slip)
+
+
+def _proved_at_rest(state: LongTermState, proof: str) -> LongTermState:
+    """Shakedown with the numbers of one cycle from the end of the search."""
+    why = f"proved, {proof}; the search has not come to rest: {state.reason}"
+    return _with_last_cycle(state, Outcome.SHAKEDOWN, why)
+
+
+def _with_last_cycle(state: LongTermState, outcome: Outcome, reason: str) -> LongTermState:
+    """An outcome with the numbers of one cycle from the end of the search."""
+    motion, length = state.motion(), scales(state.begun.problem, state.load_factor).length
+    with work_again():
+        record = motion.cycle()
+    if record is None:
+        return state
+    return replace(
+        state,
+        outcome=outcome,
+        reason=reason,
+        final_slip=record.end_slip,
+        drift=np.zeros_like(record.end_slip),
+        return_error=float(np.abs(motion.state.u - state.goal.u).max()) / length,
+        cycles_simulated=state.cycles_simulated - state.period + 1,
+        met=np.nan,
+        **of_long_term_period([record], state.problem.n),
+    )
+
+
+@on_one_thread
+def proof_from_every_state(begun: Passage) -> str:
+    """What proves it from every state in which all nodes are closed, in words; empty where nothing does."""
+    known = known_limits(begun.problem)
+    every = known["universal"] if "universal" in known else _every_state(begun.problem)[0]
+    return f"below λ_U = {short(every)}, from every state" if begun.load_factor < BELOW * every else ""
+
+
+@once_per_problem
+def _every_state(problem: Problem) -> tuple[float, float]:
+    """λ_U, and up to which load factor no admissible slip opens a node; 0 where they come to no end."""
+    found = allowed(universal_bound, problem)
+    return (0.0, 0.0) if isinstance(found, Missing) else (found.load_factor, found.lift_off_bound)
+
+
+TIGHTER = 0.125  # factor on the uncertainty allowed in leaps from one search to the next that confirms it
+NOT_CERTAIN = "a cycle exists, not certainly the one that this motion reaches"
+
+
+class SteadySearches:
+    """Search after search for long-term states over one motion in space, cycle by cycle.
+
+    The numbers of a state are those of one period followed from it, to the accuracy of the motion.
+
+    Parameters
+    ----------
+    problem, tolerances
+        The joint, and what decides.
+    most_cycles, longest_period
+        As for :func:`long_term_state`.
+    """
+
+    def __init__(self, problem: Problem, t: Tolerances, most_cycles: int, longest_period: int) -> None:
+        self.motion = Evolution(problem, 0.0, None, t)
+        self.most_cycles, self.longest_period = most_cycles, longest_period
+
+    def begin(self, load_factor: float, initial_slip: ArrayLike | None, open_nodes: tuple[int, ...]) -> None:
+        """Go to the start at a load factor."""
+        self.motion.begin(load_factor, initial_slip, open_nodes)
+
+    def state(self, open_nodes: tuple[int, ...]) -> LongTermState:
+        """The long-term state of the motion from its start, with the given nodes open there."""
+        found = self._settled(Passage.of(self.motion, open_nodes))
+        return self._lawful([found], [self._path(found)])[0]
+
+    def from_slips(self, starts: FloatArray, _: Answers, stopped: Callable[[], bool]) -> list[LongTermState]:
+        """The long-term states from initial slips (s, 2n), one after the other; none once ``stopped()``."""
+        found, paths = list[LongTermState](), list[list[EventHistory]]()
+        for start in starts:
+            if stopped():
+                return []
+            self.motion.begin(self.motion.load_factor, start)
+            found.append(self._settled(Passage.of(self.motion)))
+            paths.append(self._path(found[-1]))
+        return self._lawful(found, paths)
+
+    @property
+    def _rules(self) -> SearchRules:
+        """The rules of a search with the accuracy of the motion."""
+        motion, scale = self.motion, self.motion.scale
+        assert isinstance(motion.method, SpaceEvents)
+        lost = DISTINCT * motion.method.precision.settled
+        noise = max(motion.method.accuracy, lost / scale.force) * scale.length
+        moving = swing(motion.problem, motion.load)
+        stiffest = np.diag(motion.problem.A).reshape(motion.problem.n, -1).max(axis=1)
+        stiffness = np.maximum(stiffest * scale.length / scale.force, 1.0)
+        blurred = 0.0 < moving < RESOLVED * lost
+        return SearchRules(self.most_cycles, self.longest_period, noise, stiffness, blurred)
+
+    def _settled(self, begun: Passage) -> LongTermState:
+        """What the motion settles into; where leaps leave it in doubt, as a stricter search confirms it.
+
+        Where none does within the cycles allowed, the reason says so.
+        """
+        motion, rules, care = self.motion, self._rules, 1.0
+        at_start, done, search = motion.state, motion.done, SteadySearch(motion, begun, rules)
+        found, probes = search.settle(), search.cycles.probes
+        while search.doubts(found):
+            care *= TIGHTER
+            motion.state = at_start
+            motion.enter_cycle(done)
+            left = replace(rules, most_cycles=rules.most_cycles - found.cycles_simulated + probes)
+            search = SteadySearch(motion, begun, left, care)
+            again, probes = search.settle(), probes + search.cycles.probes
+            cycles = found.cycles_simulated + again.cycles_simulated
+            again = replace(again, cycles_simulated=cycles, most_cycles=rules.most_cycles)
+            if not again.period:
+                return replace(found, reason=f"{found.reason}: {NOT_CERTAIN}", cycles_simulated=cycles)
+            if _are_alike(again, found):
+                return again
+            found = again
+        return found
+
+    def _path(self, found: LongTermState) -> list[EventHistory]:
+        """The period found, followed once more; none where there is no period."""
+        motion = self.motion
+        if not found.period:
+            return []
+        motion.pieces.clear()
+        motion.state = found.goal
+        motion.enter_cycle(max(found.cycles_simulated - found.period, 1))
+        with work_again():
+            for _ in cycles_of(motion, found.period, record=True):
+                pass
+        return [motion.history]
+
+    def _lawful(self, found: list[LongTermState], paths: list[list[EventHistory]]) -> list[LongTermState]:
+        """The states as proofs leave them, undecided where the path of a period breaks the friction law."""
+        motion = self.motion
+        violations, most = np.full(len(found), np.nan), law_resolution(motion.problem, motion.tolerances)
+        if any(paths):
+            history = CurvedHistory.joined([piece for path in paths for piece in path])
+            rows = np.array([sum(map(len, path)) for path in paths])
+            violations = curved_violations(motion.problem, motion.load_factor, history, rows)
+        return [
+            overruled_by_proofs(
+                state if not state.period else state.checked(violation, most, "in the period found")
+            )
+            for state, violation in zip(found, violations.tolist(), strict=True)
+        ]
+
+
+def _are_alike(one: LongTermState, other: LongTermState) -> bool:
+    """Whether outcome and slip of a period are the same of two searches, within their certainty."""
+    alike = (one.outcome, one.period) == (other.outcome, other.period)
+    # of the slip per period: by so little it is uncertain, and differs from the one before
+    slip, before = one.slip_per_cycle.max(), other.slip_per_cycle.max()
+    return alike and bool(abs(slip - before) <= THREE_DIGITS * slip)

@@ -12,9 +12,9 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.tolerances import DEFAULT
+from shakedown.joint.constraints import with_initial_gap
 from shakedown.joint.fields import DOMAIN, LOOP
 from shakedown.joint.law import Layout
-from shakedown.joint.loading import with_initial_gap
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import zero_modes

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.constants import DIRECTIONS, MANY, PER_CENT, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError, found_in
-from shakedown.joint.loading import LARGEST_FORCE
+from shakedown.joint.constraints import LARGEST_FORCE
 from shakedown.models.condensation.condense import Condensation
 from shakedown.models.condensation.load_case import LoadCase, histories
 from shakedown.models.importing.contact_section import check_order

@@ -13,9 +13,8 @@ from benchmarks import accumulated_adversary as adversary
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from benchmarks.problems import random_problem
 from shakedown import Problem
-from shakedown.bounds.accumulated.accumulated_bound import total_slip_bound
-from shakedown.bounds.accumulated.lid_check import Start, confirmed
-from shakedown.bounds.accumulated.slip_arcs import Arcs, Lids
+from shakedown.bounds.accumulated.accumulated_bound import Start, confirmed, total_slip_bound
+from shakedown.bounds.accumulated.arc_search import Arcs, Lids
 
 
 def example(name: str, **changes: object) -> Problem:

@@ -5,8 +5,8 @@ import pytest
 
 import shakedown
 from benchmarks.problems import chain, joint
-from shakedown.bounds.collapse.collapse_programs import collapse_limits, collapse_values, collapses
-from shakedown.bounds.row_programs import load_factor_program
+from shakedown.bounds.certificate import load_factor_program
+from shakedown.bounds.collapse.lower import collapse_limits, collapse_values, collapses
 from shakedown.joint.constraints import constraints
 from shakedown.programs.simplex import Simplex
 

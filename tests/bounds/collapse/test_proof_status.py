@@ -11,7 +11,7 @@ import shakedown
 from shakedown import Problem
 from shakedown.bounds.collapse.proof_status import GuaranteeEvidence, guarantee_status, lift_off_bound
 from shakedown.bounds.uniqueness.coupling import coupling, influence, row_coupling_ratio, unique_in_contact
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 
 
 def coupled_joint(seed: int, n: int, strength: float) -> Problem:

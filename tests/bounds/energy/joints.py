@@ -6,7 +6,7 @@ import cvxpy as cp
 import numpy as np
 
 from shakedown import Problem
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 
 
 def strong_joint(seed: int, n: int, *, floating: bool = False, friction: float = 0.6) -> Problem:

@@ -13,7 +13,7 @@ from shakedown import Problem, energy_ball, energy_bound
 from shakedown.bounds.energy.energy_ball import holding_ball, no_ball_holds
 from shakedown.bounds.energy.exact_check import ExactBall
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 
 # λ_max, then λ_E from slip zero and R at half λ_max with c = 0, and λ_E with half of A_ii⁻¹ B_ii, from an
 # independent computation.

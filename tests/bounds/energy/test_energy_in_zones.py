@@ -9,9 +9,8 @@ from scipy.optimize import linprog
 
 import shakedown
 from shakedown import Status, UsageError, energy_ball, energy_bound, long_term_state, upper_bound
-from shakedown.joint.constraints import Side
+from shakedown.joint.constraints import Side, loading
 from shakedown.joint.contact_zone import contact_zone
-from shakedown.joint.loading import loading
 from shakedown.motion.evolution import evolve
 from tests.partly_open import SOME, partly_open, zone_bound
 

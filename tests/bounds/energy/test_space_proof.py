@@ -7,8 +7,8 @@ import pytest
 from bounds.energy.joints import gammas, space_joint
 
 from shakedown import Problem, energy_ball, energy_bound
+from shakedown.joint.constraints import loading
 from shakedown.joint.contact_zone import contact_zone
-from shakedown.joint.loading import loading
 
 STATES = 4000
 

@@ -12,10 +12,9 @@ import shakedown
 from benchmarks.problems import random_problem
 from shakedown import Problem
 from shakedown.bounds.every_state.least_pressures import least_pressures
-from shakedown.bounds.every_state.rates import unique_rates
-from shakedown.bounds.every_state.scaled_joint import scaled_joint
+from shakedown.bounds.every_state.rates import scaled_joint, unique_rates
 from shakedown.bounds.every_state.universal_bound import least_pressure_bound, universal_bound
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 
 BY_DIRECTIONS = {  # by cone programs, one direction of slip after the other, 192 of them; the node
     "one-node-3d": (1.2472612089337152, 0),

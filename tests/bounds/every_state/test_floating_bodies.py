@@ -10,10 +10,9 @@ import shakedown
 from shakedown import Problem, universal_bound
 from shakedown.bounds.every_state.bound_of_floating import FloatingLimits, bounds_at
 from shakedown.bounds.every_state.least_pressures import SlipCurves, pressures_of_floating
-from shakedown.bounds.every_state.rates import rigid_rates
-from shakedown.bounds.every_state.scaled_joint import ScaledJoint, scaled_joint
+from shakedown.bounds.every_state.rates import ScaledJoint, rigid_rates, scaled_joint
 from shakedown.bounds.every_state.universal_bound import least_pressure_bound
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 
 
 def drawn(seed: int, kind: str, loads: str = "smooth") -> Problem:

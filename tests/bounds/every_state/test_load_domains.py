@@ -9,7 +9,7 @@ import pytest
 import shakedown
 from shakedown.bounds.collapse.proof_status import lift_off_bound
 from shakedown.bounds.every_state.universal_bound import least_pressure_bound
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 
 
 def corners(seed: int, n: int = 2, m: int = 4) -> shakedown.Problem:

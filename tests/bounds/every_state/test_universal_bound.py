@@ -9,7 +9,7 @@ from scipy.optimize import linprog
 import shakedown
 from benchmarks.problems import joint
 from shakedown.bounds.every_state.universal_bound import least_pressure_bound
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 
 PRESSURES = [  # load factors up to which least pressures prove it
     ("one-node", None, 0.9305240),

@@ -10,8 +10,7 @@ from scipy.optimize import linprog
 
 import shakedown
 from shakedown.bounds.collapse.proof_status import GuaranteeEvidence
-from shakedown.bounds.uniqueness.coupling import coupling
-from shakedown.bounds.uniqueness.difference_gauge import DifferenceGauge, difference_gauge
+from shakedown.bounds.uniqueness.coupling import DifferenceGauge, coupling, difference_gauge
 
 
 def beyond_one(seed: int) -> shakedown.Problem:

@@ -13,12 +13,16 @@ from scipy.linalg import block_diag
 
 from shakedown import LoadCase, ProblemError, UsageError, condense, import_model
 from shakedown.fem import ElasticBody, Material, Support, block_mesh, contact_condensation
-from shakedown.joint.loading import with_initial_gap
+from shakedown.joint.constraints import with_initial_gap
 from shakedown.models.condensation.condense import condensed_stiffness
 from shakedown.models.importing.contact_figure import contact_picture
 from shakedown.models.importing.import_model import import_problem
 from shakedown.models.importing.load_section import time_function
-from shakedown.models.importing.templates import import_template, import_template_names, write_import_example
+from shakedown.models.importing.model_section import (
+    import_template,
+    import_template_names,
+    write_import_example,
+)
 from shakedown.models.readers.text import InputFiles
 from shakedown.models.readers.toml_table import TomlTable
 

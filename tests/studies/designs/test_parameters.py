@@ -8,7 +8,7 @@ import pytest
 import shakedown
 from benchmarks.problems import joint, random_problem
 from shakedown.ground.errors import ProblemError, UsageError
-from shakedown.joint.loading import loading
+from shakedown.joint.constraints import loading
 from shakedown.studies.design_point import with_parameter
 
 TWO = shakedown.example("two-node")
