@@ -60,9 +60,8 @@ def power_of_two(size: float) -> float:
 
 def typical_size(sizes: FloatArray, otherwise: float = 1.0) -> float:
     """The power of two next to the median of the sizes that are neither zero nor infinite."""
-    finite = np.sort(sizes[np.isfinite(sizes) & (sizes > 0)])
-    half = finite.size // 2
-    return power_of_two(0.5 * float(finite[half] + finite[-1 - half])) if finite.size else otherwise
+    finite = sizes[np.isfinite(sizes) & (sizes > 0)]
+    return power_of_two(float(np.median(finite))) if finite.size else otherwise
 
 
 def equilibration(
@@ -73,15 +72,20 @@ def equilibration(
     Scaling by powers of two is free of round-off. Zero rows and columns keep the scale 1.
     The units of the columns are taken out first: a power of two in them changes no bit of
     what follows. The last rows, those of ``cones`` of these sizes, have one scale for every cone.
+    A row with one entry takes any scale, so it says nothing of the unit of its column where another row does.
     """
     size = np.abs(matrix)
-    units = np.ldexp(1.0, -np.frexp(size.max(axis=0, initial=0.0))[1])
-    size = size * units
+    alone = np.count_nonzero(size, axis=1) == 1
+    alone[len(size) - sum(cones) :] = False
+    coupling = np.where(alone[:, None], 0.0, size)
+    coupling = np.where(coupling.any(axis=0), coupling, size)
+    units = np.ldexp(1.0, -np.frexp(coupling.max(axis=0, initial=0.0))[1])
+    size, coupling = size * units, coupling * units
     rows, columns = np.ones(matrix.shape[0]), np.ones(matrix.shape[1])
     for _ in range(sweeps):
-        scaled = size * rows[:, None] * columns
-        rows /= _root(_row_sizes(scaled, cones))
-        columns /= _root(np.maximum.reduce(scaled, axis=0, initial=0.0))
+        scaled, shared = (part * rows[:, None] * columns for part in (size, coupling))
+        rows /= np.sqrt(_nonzero(_row_sizes(scaled, cones)))
+        columns /= np.sqrt(_nonzero(np.maximum.reduce(shared, axis=0, initial=0.0)))
     rows /= _nonzero(_row_sizes(size * rows[:, None] * columns, cones))
     return np.exp2(np.round(np.log2(rows))), np.exp2(np.round(np.log2(columns))) * units
 
@@ -93,11 +97,6 @@ def _row_sizes(matrix: FloatArray, cones: Sequence[int]) -> FloatArray:
         starts = first + np.cumsum([0, *cones[:-1]])
         sizes[first:] = np.repeat(np.maximum.reduceat(sizes, starts), cones)
     return sizes
-
-
-def _root(size: FloatArray) -> FloatArray:
-    root: FloatArray = np.sqrt(_nonzero(size))
-    return root
 
 
 def _nonzero(size: FloatArray) -> FloatArray:

@@ -285,10 +285,10 @@ def test_a_row_without_unknowns_that_is_violated_is_seen_in_any_units(power):
     assert conic_upper_bound(replace(problem, **stiffness), open_nodes=(0,)).status == "infeasible"
 
 
-def test_no_limit_is_claimed_only_along_a_direction_that_keeps_every_row():
-    """A gap that no slip opens spreads the load factor over 24 decades; the right limit is 1."""
+@pytest.mark.parametrize("power", [-40, -20, 0, 40])
+def test_a_row_of_the_load_factor_alone_says_nothing_of_its_unit(power):
+    """A gap that no slip opens: beside the others its load factor spread over 24 decades, "unbounded"."""
     problem = replace(drawn_joint(902, 9), initial_slip=None)
-    for power in (0, -20, -40):
-        stiffness = {key: getattr(problem, key) * 2.0**power for key in "ABC"}
-        found = upper_bound(replace(problem, **stiffness), open_nodes=(0,))
-        assert found.status == "undecided" or found.load_factor == pytest.approx(1.0, rel=1e-9)
+    stiffness = {key: getattr(problem, key) * 2.0**power for key in "ABC"}
+    found = upper_bound(replace(problem, **stiffness), open_nodes=(0,))
+    assert found.load_factor == pytest.approx(1.0, rel=1e-9)
