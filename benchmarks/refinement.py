@@ -177,7 +177,7 @@ def refinements(rows: list[dict[str, Any]]) -> dict[str, Refinement]:
             words = "elements", "nodes", "contact_elements"
             size, nodes, elements = (np.array([row[name] for row in own]) for name in words)
             about = (own[-1][name] for name in ("load_factor", "radius", "slip_below"))
-            found[joint] = Refinement(*about, size, nodes, own[-1]["directions"], columns, (), elements)
+            found[joint] = Refinement(*about, size, nodes, own[-1]["directions"], columns, elements)
     return found
 
 
