@@ -7,7 +7,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from shakedown import Problem
-from shakedown.models.importing.model_section import import_template_names, write_import_example
+from shakedown.models.importing.templates import import_template_names, write_import_example
 
 OF_JOINTS = ("solve", "verify", "simulate", "map", "sweep", "critical", "nodes")
 COMMANDS = (*OF_JOINTS, "import")

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 import shakedown
 from benchmarks.problems import joint
 from benchmarks.timing import median_time
+from shakedown.bounds.enumeration.intersection import scaled_rows
 from shakedown.bounds.enumeration.tasks import Tree, pieces
-from shakedown.bounds.enumeration.walk_kernel import scaled_rows
 from shakedown.joint.constraints import constraints
 from shakedown.report.facts import table
 

@@ -13,7 +13,7 @@ from benchmarks.problems import random_problem, refined
 from benchmarks.timing import in_turn
 from shakedown import Tolerances
 from shakedown.joint.constraints import loading
-from shakedown.motion.course import law_violation, reactions, scales
+from shakedown.motion.checked_law import law_violation, reactions, scales
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolution import EvolutionResult, evolve
 from shakedown.motion.fixed_steps import FixedSteps

@@ -11,7 +11,7 @@ import numpy as np
 
 from shakedown import Problem
 from shakedown.ground.constants import FloatArray
-from shakedown.motion.course import Scales
+from shakedown.motion.checked_law import Scales
 
 SYSTEM_PYTHON = "/usr/bin/python3"
 ABSENT = "Siconos is left out: the system's Python has no siconos (Debian package python3-siconos)"

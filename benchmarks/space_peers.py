@@ -26,7 +26,7 @@ from benchmarks.half_space import around, blocks, grid, half_space
 from benchmarks.timing import in_turn
 from shakedown import Problem, Tolerances
 from shakedown.ground.constants import FloatArray
-from shakedown.motion.course import scales
+from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.space.implicit_step import ImplicitJoint, Steps
 from shakedown.report.facts import table

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from shakedown import Problem, Tolerances
 from shakedown.ground.constants import FloatArray
-from shakedown.motion.course import scales
+from shakedown.motion.checked_law import scales
 from shakedown.motion.event_history import path_violation
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import beginning, cycles_of

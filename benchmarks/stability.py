@@ -25,16 +25,8 @@ from benchmarks.timing import median_time
 from shakedown import Problem
 from shakedown.ground.constants import FloatArray
 from shakedown.joint.constraints import ramp_start
-from shakedown.motion.course import (
-    DONE,
-    EFFORT,
-    PAUSED,
-    RECORD_FULL,
-    course,
-    law_violation,
-    reactions,
-    scales,
-)
+from shakedown.motion.checked_law import law_violation, reactions, scales
+from shakedown.motion.course import DONE, EFFORT, PAUSED, RECORD_FULL, course
 from shakedown.motion.evolution import Evolution, evolve
 from shakedown.motion.fixed_steps import MOST_SWEEPS, contact_nodes, load_steps, places_by_node
 from shakedown.motion.plane import event_loop

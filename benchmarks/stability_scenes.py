@@ -11,7 +11,7 @@ from benchmarks.problems import random_problem
 from shakedown import Problem
 from shakedown.ground.constants import FloatArray
 from shakedown.joint.constraints import loading
-from shakedown.motion.course import Scales, scales
+from shakedown.motion.checked_law import Scales, scales
 
 
 @dataclass(frozen=True)

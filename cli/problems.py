@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 import shakedown
-from shakedown.models.importing.model_section import (
+from shakedown.models.importing.templates import (
     import_template,
     import_template_names,
     write_import_example,

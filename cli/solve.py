@@ -12,7 +12,7 @@ from shakedown import Problem
 from shakedown.assessment.three_numbers import open_ends
 from shakedown.ground.shown_values import down, plain
 from shakedown.ground.work_limit import on_one_thread
-from shakedown.report.html import assessment_document, averaged_document
+from shakedown.report.json_documents import assessment_document, averaged_document
 from shakedown.report.limit_facts import nothing_is_known, solve_sheet
 from shakedown.report.study_facts import critical_sheet
 

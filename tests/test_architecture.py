@@ -63,7 +63,7 @@ INSIDE = {  # what commands and studies reach for beside public names: checks of
     ("benchmarks.stability", "shakedown.joint.constraints"),
     ("benchmarks.calculix_cycles", "shakedown.models.readers.formats"),
     ("benchmarks.calculix_cycles", "shakedown.models.readers.stiffness"),
-    ("benchmarks.enumeration", "shakedown.bounds.enumeration.walk_kernel"),
+    ("benchmarks.enumeration", "shakedown.bounds.enumeration.intersection"),
     ("benchmarks.enumeration", "shakedown.bounds.enumeration.tasks"),
     ("benchmarks.space_scenes", "shakedown.motion.method"),
     ("benchmarks.space_scenes", "shakedown.motion.event_history"),

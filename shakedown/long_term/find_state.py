@@ -34,7 +34,7 @@ from shakedown.long_term.plane.phase_loop import BLURRED, CYCLIC_SLIP, SHAKEDOWN
 from shakedown.long_term.plane.search import Answers
 from shakedown.long_term.space.steady_search import CLEAR, SteadySearches
 from shakedown.long_term.state import LongTermState
-from shakedown.motion.course import scales
+from shakedown.motion.checked_law import scales
 from shakedown.motion.method import State, beginning
 
 ORDER = Outcome.SHAKEDOWN, Outcome.SEPARATION, Outcome.CYCLIC_SLIP, Outcome.RATCHETTING, Outcome.UNDECIDED

@@ -34,7 +34,8 @@ from shakedown.long_term.plane.phase_loop import (
 from shakedown.long_term.plane.search import Answers, Settler, path_check, search
 from shakedown.long_term.space.steady_search import overruled_by_proofs
 from shakedown.long_term.state import VARIES_LITTLE, LongTermState
-from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED, alone, swing
+from shakedown.motion.checked_law import alone, swing
+from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import State
 from shakedown.motion.plane.event_loop import address_of_loop

@@ -33,7 +33,7 @@ from shakedown.long_term.node_table import (
     points_of,
 )
 from shakedown.long_term.state import LongTermState, SteppedState
-from shakedown.motion.course import length_scales, path_resolution
+from shakedown.motion.checked_law import length_scales, path_resolution
 from shakedown.motion.event_history import EventHistory
 
 Settled = LongTermState | SteppedState

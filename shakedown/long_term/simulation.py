@@ -24,7 +24,7 @@ from shakedown.long_term.find_state import Patience, settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.node_results import Settled, slip_ranges
 from shakedown.long_term.state import LongTermState, SettledState, SteppedState, of_period
-from shakedown.motion.course import alone, law_resolution, swing
+from shakedown.motion.checked_law import alone, law_resolution, swing
 from shakedown.motion.event_history import EventHistory, path_violation
 from shakedown.motion.fixed_steps import REMEMBERED, FixedSteps
 from shakedown.motion.method import CycleRecord, Walk, cycles_of, walk

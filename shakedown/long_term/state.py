@@ -27,7 +27,7 @@ from shakedown.long_term.passage import (
     is_known,
     proving_bound,
 )
-from shakedown.motion.course import path_resolution, scales
+from shakedown.motion.checked_law import path_resolution, scales
 from shakedown.motion.event_history import EventHistory, path_violation
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import CycleRecord, State, Stop, Walk, walk

@@ -22,6 +22,7 @@ from shakedown.ground.work_limit import OPEN
 from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.motion.checked_law import law_violation, reactions, scales
 from shakedown.motion.course import (
     CLOSES,
     JUMPS,
@@ -29,9 +30,6 @@ from shakedown.motion.course import (
     OPENS,
     REACHES_BACKWARD_LIMIT,
     REACHES_FORWARD_LIMIT,
-    law_violation,
-    reactions,
-    scales,
 )
 from shakedown.motion.space.space_run import CURVES, DEGREE, REACHES_LIMIT, STOPS
 

@@ -17,6 +17,7 @@ from shakedown.joint.arguments import check_arguments, checked, checked_damping,
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import free_stiffness
+from shakedown.motion.checked_law import law_violation
 from shakedown.motion.course import (
     DONE,
     LIFTS_OFF,
@@ -26,7 +27,6 @@ from shakedown.motion.course import (
     PAUSED,
     RECORD_FULL,
     TOO_MANY_EVENTS,
-    law_violation,
 )
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.method import (

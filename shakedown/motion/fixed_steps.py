@@ -16,7 +16,7 @@ from shakedown.joint.arguments import require_problem
 from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import free_stiffness
-from shakedown.motion.course import Scales, reactions
+from shakedown.motion.checked_law import Scales, reactions
 from shakedown.motion.event_history import EventHistory, EventKind
 from shakedown.motion.method import SLIDES_AWAY, Beginning, CycleRecord, Motion, State, Stop
 

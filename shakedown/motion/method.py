@@ -24,7 +24,8 @@ from shakedown.joint.constraints import first_load, loop_path, ramp_start, trans
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.motion.course import RECORD_ROWS, Course, Precision, Scales, course, scales, scales_of
+from shakedown.motion.checked_law import Scales, scales, scales_of
+from shakedown.motion.course import RECORD_ROWS, Course, Precision, course
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.viscous_jump import Jump
 

@@ -15,7 +15,7 @@ from shakedown.ground.constants import NEGLIGIBLE, NEWTON_ROUNDS, PER_CENT, ROUN
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.ground.work_limit import OPEN, STICK
 from shakedown.joint.law import Law
-from shakedown.motion.course import Scales, law_violation, reaction_round_off
+from shakedown.motion.checked_law import Scales, law_violation, reaction_round_off
 
 HOLDS = 10 * ROUND_OFF  # violation of the law at rest and in a slide, relative
 

@@ -33,16 +33,8 @@ from numpy.typing import NDArray
 from shakedown.ground.constants import NEGLIGIBLE, PER_CENT, SETTLED, SIX_DIGITS, FloatArray
 from shakedown.ground.work_limit import BY_BLAS, OPEN, count_work, work_is_left
 from shakedown.joint.result import Result
-from shakedown.motion.course import (
-    DONE,
-    EFFORT,
-    NO_RATES,
-    PAUSED,
-    Precision,
-    course,
-    law_violation,
-    reaction_round_off,
-)
+from shakedown.motion.checked_law import law_violation, reaction_round_off
+from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED, Precision, course
 from shakedown.motion.plane.active_set import active_set, factorize, rates, solve
 from shakedown.motion.plane.event_loop import enumerate_states, follow_straight
 from shakedown.motion.plane.moving_state import begin, empty_record, motion_at_rest, run_along

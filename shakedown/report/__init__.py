@@ -9,5 +9,6 @@ What you see, and the module that makes it:
 - a run, its nodes, prediction against simulation: ``run_facts``
 - subsets of constraints, initial states, parameters and amplitudes, meshes: ``study_facts``
 - the joint, its loads, its nodes by name, the sources of its data, what an import has read: ``data_facts``
-- the page, ``--json`` and the file beside a page: ``html`` with ``templates/``; pictures: ``figures``
+- the page: ``html`` with ``templates/``; its pictures: ``figures``
+- ``--json`` and the file beside a page: ``json_documents``
 """

@@ -17,7 +17,7 @@ from shakedown.joint.contact_zone import coupled_parts, of_nodes
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips, zero_modes
 from shakedown.joint.units import doubtful_data, loads_in_words, units_of
-from shakedown.motion.course import path_resolution, scales
+from shakedown.motion.checked_law import path_resolution, scales
 from shakedown.report.facts import Fact, Section, Sheet, Table, number
 from shakedown.report.notes import FLOATING, LOAD_DOMAIN, TOO_LONG
 

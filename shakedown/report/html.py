@@ -1,11 +1,10 @@
 """The verification report: one self-contained HTML file, and the same as JSON."""
 
-import json
 import os
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
@@ -13,12 +12,13 @@ from markupsafe import Markup, escape
 from shakedown.assessment.verify import Verification
 from shakedown.files.atomic_write import atomic_write_together, check_target
 from shakedown.ground.argument_kinds import checked
-from shakedown.ground.errors import UsageError, present
-from shakedown.ground.shown_values import SUBSCRIPT, count, plain, shortened, visible
+from shakedown.ground.errors import UsageError
+from shakedown.ground.shown_values import SUBSCRIPT, count, shortened, visible
 from shakedown.ground.work_limit import on_one_thread
 from shakedown.report import figures, notes
 from shakedown.report.data_facts import configuration, joint_facts, source_facts
 from shakedown.report.facts import TOGETHER, Section
+from shakedown.report.json_documents import as_text
 from shakedown.report.limit_facts import limit_sections
 from shakedown.report.run_facts import (
     banner_class,
@@ -29,46 +29,6 @@ from shakedown.report.run_facts import (
     verify_sheet,
     worst_table,
 )
-
-if TYPE_CHECKING:
-    from shakedown.assessment.assess import Assessment
-
-
-def as_text(document: dict[str, Any]) -> str:
-    """A JSON document as written to files and stdout, without control characters."""
-    text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
-    return visible(text, keep="\n", escape=_json_escape)
-
-
-def _json_escape(character: str) -> str:
-    code = ord(character)
-    return f"\\u{code:04x}" if code < 0x10000 else json.dumps(character)[1:-1]
-
-
-def assessment_document(found: "Assessment", *, follow: bool = False) -> dict[str, Any]:
-    """What ``shakedown-bounds solve --json`` writes."""
-    limits, absent = found.details, found.details.absent
-    limit = present(limits.transient) if follow else None
-    return plain(
-        {
-            "problem": found.problem,
-            "pinned": limits.pinned,
-            "assessment": found,
-            **limits.to_dict(),
-            "mesh": limits.mesh,
-            "friction": limits.friction,
-            "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
-            **({"followed": None if limit is None else limit.followed} if follow else {}),
-            **({"missing": {word: each.reason for word, each in absent.items()}} if absent else {}),
-        }
-    )
-
-
-def averaged_document(found: "Assessment", radius: float) -> dict[str, Any]:
-    """What is known of slips and reactions averaged over a radius."""
-    about = {"radius": radius, "nodes": found.problem.n} | found.to_dict()
-    return {"averaged": plain(about)}
-
 
 STATE = "State at λ = 1"
 REPORT = "shakedown-bounds verify"  # the first entry of a report's JSON

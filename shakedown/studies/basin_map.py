@@ -17,8 +17,8 @@ from shakedown.joint.constraints import constraints
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import LongTermStates
-from shakedown.motion.course import admissible
-from shakedown.programs.cone_rays import corners
+from shakedown.motion.checked_law import admissible
+from shakedown.programs.polygon import corners
 from shakedown.studies.limit_cycles import (
     LOOKED_AT,
     LimitCycle,

@@ -14,7 +14,7 @@ from shakedown.ground.shown_values import SHORT_DIGITS, sized
 from shakedown.ground.work_limit import Outcome
 from shakedown.joint.result import Result
 from shakedown.joint.units import units_of
-from shakedown.motion.course import length_scales, path_accuracy, path_resolution, scales
+from shakedown.motion.checked_law import length_scales, path_accuracy, path_resolution, scales
 from shakedown.motion.method import cycles_of
 from shakedown.studies.samplers import Sampling
 

@@ -5,7 +5,7 @@ import pytest
 
 import shakedown
 from benchmarks.corner_report import corner_report, pair_thresholds
-from shakedown.motion.course import reactions
+from shakedown.motion.checked_law import reactions
 from shakedown.motion.evolution import evolve
 
 JUMP = shakedown.example("jump")

@@ -21,7 +21,7 @@ from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh,
 from shakedown.joint.constraints import constraints
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.report.data_facts import relative_to
-from shakedown.report.html import assessment_document
+from shakedown.report.json_documents import assessment_document
 
 SIZES = [(n, free) for n in (2, 3, 5, 8, 12) for free in (1, 2) if n > 2 * free - 1 and n > free]
 

@@ -6,7 +6,7 @@ from command import document, refused, run
 from model_files import BLOCK, HEAT, RING
 
 import shakedown
-from shakedown.models.importing.model_section import import_template
+from shakedown.models.importing.templates import import_template
 
 
 def test_import_writes_the_problem_and_says_where_it_came_from(tmp_path):

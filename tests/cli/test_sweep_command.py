@@ -9,7 +9,7 @@ from command import document, refused, run
 
 import shakedown
 from shakedown.models.importing.import_model import import_problem
-from shakedown.models.importing.model_section import write_import_example
+from shakedown.models.importing.templates import write_import_example
 
 VARY = "--vary: expected NAME= and LOW:HIGH:COUNT or VALUE,VALUE,…, rising, at most 1,000,000, found '"
 FAST = ("--bounds", "lower,energy,upper")

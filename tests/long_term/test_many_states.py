@@ -9,7 +9,7 @@ import pytest
 
 import shakedown
 from shakedown.long_term.find_state import LongTermStates
-from shakedown.motion.course import scales
+from shakedown.motion.checked_law import scales
 from tests.joints import FAMILY, joint_of_kind, member, slow_problem
 
 

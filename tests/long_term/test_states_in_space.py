@@ -12,7 +12,7 @@ from shakedown.joint.constraints import slip_reach
 from shakedown.long_term.space.decay import Decay, Period
 from shakedown.long_term.space.measure import Measure
 from shakedown.long_term.space.slope_leaps import MovingSlips, PeriodStep, SlopeLeaps
-from shakedown.motion.course import scales
+from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
 
 CREEPING = np.array([0.32, 0.32, -0.24, -0.24, 0.38, -0.33, 0.33, -0.07])

@@ -10,7 +10,7 @@ from shakedown.long_term.passage import Passage
 from shakedown.long_term.space.followed_cycles import SearchRules
 from shakedown.long_term.space.recurrence_leaps import recurrence_of
 from shakedown.long_term.space.steady_search import SteadySearch
-from shakedown.motion.course import scales
+from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import CycleRecord, State
 from tests.joints import FAMILY, member

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from shakedown.long_term.plane import search
-from shakedown.motion.course import Scales, law_violation
+from shakedown.motion.checked_law import Scales, law_violation
 
 UNIT = Scales(1.0, 1.0)
 # clause: (f, q, p, w, slip), by how much it is broken

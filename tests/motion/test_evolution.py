@@ -8,7 +8,7 @@ import pytest
 import shakedown
 from shakedown.joint.constraints import loading
 from shakedown.joint.units import without_loads
-from shakedown.motion.course import law_violation, scales
+from shakedown.motion.checked_law import law_violation, scales
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.evolution import evolve
 

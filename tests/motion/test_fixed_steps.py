@@ -10,7 +10,7 @@ from joints_in_space import embedded
 import shakedown
 from benchmarks.problems import refined
 from shakedown import Problem
-from shakedown.motion.course import law_violation
+from shakedown.motion.checked_law import law_violation
 from shakedown.motion.fixed_steps import FixedSteps
 from shakedown.motion.method import Motion, walk
 

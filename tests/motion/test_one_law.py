@@ -11,7 +11,7 @@ from joints_in_space import random_joint
 
 import shakedown
 from shakedown.ground.work_limit import OPEN, STICK
-from shakedown.motion.course import law_resolution, scales
+from shakedown.motion.checked_law import law_resolution, scales
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.fixed_steps import FixedSteps

@@ -5,7 +5,7 @@ import pytest
 
 import shakedown
 from shakedown.joint.law import Law
-from shakedown.motion.course import Scales, law_violation
+from shakedown.motion.checked_law import Scales, law_violation
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.space.implicit_step import ImplicitJoint
 from shakedown.motion.steady_slide import ViscousJoint, steady_slide

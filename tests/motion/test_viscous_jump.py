@@ -5,7 +5,7 @@ import pytest
 from joints import free_pair
 
 import shakedown
-from shakedown.motion.course import law_violation, scales
+from shakedown.motion.checked_law import law_violation, scales
 from shakedown.motion.evolution import Evolution, evolve
 from shakedown.motion.plane.active_set import ON_BACKWARD, ON_FORWARD, active_set, rates
 from shakedown.motion.plane.event_loop import enumerate_states

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from shakedown.bounds.collapse.lower import lower_bound
-from shakedown.bounds.enumeration.walk_kernel import (
+from shakedown.bounds.enumeration.intersection import (
     LISTED,
     Intersection,
     SubtreeFindings,

@@ -9,19 +9,16 @@ from math import comb, inf
 
 import numpy as np
 
-from shakedown.bounds.enumeration.walk_kernel import (
+from shakedown.bounds.enumeration.intersection import (
     LISTED,
     NONE,
-    REGULAR,
-    SUSPECTS,
     ScaledRows,
     SubtreeFindings,
-    Walk,
     in_batches,
     joined,
     solve_subsets,
-    walk,
 )
+from shakedown.bounds.enumeration.walk_kernel import REGULAR, SUSPECTS, Walk, walk
 from shakedown.ground.constants import BLOCK
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.work_limit import all_cores

@@ -54,7 +54,7 @@ from shakedown.long_term.state import (
     of_long_term_period,
     opened_and_closed,
 )
-from shakedown.motion.course import law_resolution, scales, swing
+from shakedown.motion.checked_law import law_resolution, scales, swing
 from shakedown.motion.event_history import CurvedHistory, EventHistory, curved_violations
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import CycleRecord, State, cycles_of

@@ -7,8 +7,9 @@ direction of its rows (``stiffness_section``); loads and supports become vectors
 with resultants and rigid motions beside it (``load_evidence``, ``model_evidence``). Impossible input
 is refused; doubtful input becomes a warning of one line that the problem carries with it.
 
-Reading order: ``model_section`` (and files to start from), ``contact_directions``, ``contact_section``,
+Reading order: ``model_section``, ``contact_directions``, ``contact_section``,
 ``joined_contact`` (several patches, friction), ``stiffness_section``, ``load_section`` (loads and their time
 functions, supports, static runs), ``model_evidence``, ``bolt_section``, ``load_evidence``, ``import_model``
-(the public functions), ``contact_figure``.
+(the public functions), ``contact_figure``, ``templates`` (files to
+start from).
 """

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
-from shakedown.motion.course import EFFORT, LOAD_STEP, NO_RATES, Course, Precision, Scales
+from shakedown.motion.checked_law import Scales
+from shakedown.motion.course import EFFORT, LOAD_STEP, NO_RATES, Course, Precision
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.method import EventMethod, Piece, State, loads_at
 from shakedown.motion.plane.active_set import active_set, factorize, rates

@@ -27,18 +27,8 @@ from shakedown.ground.tolerances import Tolerances
 from shakedown.ground.work_limit import BY_BLAS, OPEN, SLIP, STICK, count_work
 from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
-from shakedown.motion.course import (
-    DONE,
-    EFFORT,
-    NO_RATES,
-    PAUSED,
-    TOO_MANY_EVENTS,
-    Course,
-    Precision,
-    Scales,
-    course,
-    swing,
-)
+from shakedown.motion.checked_law import Scales, swing
+from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED, TOO_MANY_EVENTS, Course, Precision, course
 from shakedown.motion.event_history import CurvedHistory, EventKind
 from shakedown.motion.method import EventMethod, Piece, State, loads_at
 from shakedown.motion.space.curved_loop import follow_curve

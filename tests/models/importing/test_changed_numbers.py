@@ -6,7 +6,7 @@ import pytest
 import shakedown
 from shakedown.ground.errors import ProblemError
 from shakedown.models.importing.import_model import import_problem
-from shakedown.models.importing.model_section import write_import_example
+from shakedown.models.importing.templates import write_import_example
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from command import document, run
 
 import shakedown
 from shakedown import ProblemError, import_model
-from shakedown.models.importing.model_section import write_import_example
+from shakedown.models.importing.templates import write_import_example
 
 UP = "normals = [[0, 1], [0, 1], [0, 1], [0, 1], [0, 1], [0, 1], [0, 1], [0, 1], [0, 1]]"
 SETS = '"PUNCH_FOOT", "BLOCK_TOP"'

@@ -18,7 +18,7 @@ from shakedown.models.condensation.condense import condensed_stiffness
 from shakedown.models.importing.contact_figure import contact_picture
 from shakedown.models.importing.import_model import import_problem
 from shakedown.models.importing.load_section import time_function
-from shakedown.models.importing.model_section import (
+from shakedown.models.importing.templates import (
     import_template,
     import_template_names,
     write_import_example,

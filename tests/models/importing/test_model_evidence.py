@@ -12,7 +12,7 @@ from scipy import sparse
 import shakedown
 from shakedown.fem import ElasticBody, Material, Support, block_mesh
 from shakedown.models.importing.model_evidence import model_doubts
-from shakedown.models.importing.model_section import write_import_example
+from shakedown.models.importing.templates import write_import_example
 
 STEEL = Material(200e3, 0.3)
 

@@ -8,7 +8,7 @@ from shakedown import LoadCase, ProblemError, UsageError
 from shakedown.joint.units import loads_in_words
 from shakedown.models.condensation.load_case import histories, stated_loads
 from shakedown.models.importing.import_model import import_problem
-from shakedown.models.importing.model_section import write_import_example
+from shakedown.models.importing.templates import write_import_example
 
 HISTORIES = ("history = 1.0 ", "history = { harmonics = [{ order = 1, sin = 1.0 }] }")
 

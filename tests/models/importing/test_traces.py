@@ -10,7 +10,7 @@ import writers
 import shakedown
 from shakedown.models.condensation.surface_mesh import ContactSurface
 from shakedown.models.importing.import_model import import_problem
-from shakedown.models.importing.model_section import write_import_example
+from shakedown.models.importing.templates import write_import_example
 from shakedown.models.readers.formats import read_any_mesh
 from shakedown.models.readers.mesh import Mesh
 

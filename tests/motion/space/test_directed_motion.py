@@ -10,7 +10,7 @@ import shakedown
 from benchmarks.problems import refined
 from shakedown import Problem, Tolerances
 from shakedown.joint.constraints import loop_path
-from shakedown.motion.course import law_resolution
+from shakedown.motion.checked_law import law_resolution
 from shakedown.motion.event_history import EventKind, path_violation
 from shakedown.motion.evolution import Evolution, evolve
 from shakedown.motion.fixed_steps import FixedSteps

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.space_verdicts import KINDS, random_joint
 from shakedown.motion import viscous_jump
-from shakedown.motion.course import law_violation, reaction_round_off
+from shakedown.motion.checked_law import law_violation, reaction_round_off
 from shakedown.motion.evolution import Evolution
 
 FLOATING, STIFF = "floating", "floating, stiff and soft"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from shakedown.joint.law import Law, Layout
-from shakedown.motion.course import Scales, law_violation
+from shakedown.motion.checked_law import Scales, law_violation
 from shakedown.motion.fixed_steps import contact_nodes, load_steps, places_by_node
 from shakedown.motion.space.implicit_step import ImplicitJoint
 

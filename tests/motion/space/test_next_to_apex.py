@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.space_verdicts import KINDS, random_joint
-from shakedown.motion.course import law_resolution, law_violation, scales
+from shakedown.motion.checked_law import law_resolution, law_violation, scales
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.space import space_events

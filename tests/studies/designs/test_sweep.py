@@ -14,7 +14,7 @@ from shakedown import Status
 from shakedown.campaign.pieces import as_text, text_of
 from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.models.importing.model_section import write_import_example
+from shakedown.models.importing.templates import write_import_example
 from shakedown.studies.design_point import DesignLimit, cycles_below, out_of_order, point_of, with_parameter
 from shakedown.studies.sweep import Region
 

@@ -61,7 +61,7 @@ def test_a_grid_keeps_the_other_slips_at_the_safe_slip():
 
 
 def test_what_a_transient_leaves_is_admissible_at_the_first_load():
-    from shakedown.motion.course import admissible
+    from shakedown.motion.checked_law import admissible
 
     slips = Sampling(JOINT, 0.7, Sampler.TRANSIENTS, states=64).slips(0, 64)
     assert admissible(JOINT, 0.7, slips).all()
