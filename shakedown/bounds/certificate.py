@@ -292,10 +292,10 @@ def _accepted(
     exact = certificate.load_factor
     margin = _left_open(problem, rows, outcome)
     agree = outcome.status == certificate.status and _agree(plain, exact, margin, rows, tolerances)
+    # or in floats the limits still meet in a point, but at no load factor
+    agree |= certificate.status == Status.INFEASIBLE and _agree(plain, 0.0, margin, rows, tolerances)
     if agree or outcome.reduced_accuracy:  # floats at loosened tolerances contradict nothing
         return certificate
-    if certificate.status == Status.INFEASIBLE and _agree(plain, 0.0, margin, rows, tolerances):
-        return certificate  # in floats the limits still meet in a point, but at no load factor
     digits, floats = (
         f"{value:.10g}" if np.isfinite(value) else str(status)
         for value, status in ((exact, certificate.status), (plain, outcome.status))

@@ -231,20 +231,21 @@ def _by_exact_arithmetic(problem: Problem, rows: DiscRows, found: Largest, toler
     blank = replace(found, load_factor=nan, x=x, z=z, carrying=_none(), exact=True)
     if exact.status == Status.INFEASIBLE:
         return replace(_excluded(rows, blank, exact.multipliers), least_load_factor=nan, missing=())
+    if found.status == Status.INFEASIBLE:  # at loosened tolerances
+        least, missing = _least(rows, False, tolerances)
+        blank = replace(blank, least_load_factor=least, missing=missing)
     if exact.status == Status.UNBOUNDED:
-        return replace(
-            _along(rows, blank, found.x if found.residual <= 0 else exact.slip), certified=(inf, inf)
-        )
-    at = exact.load_factor
-    x = significant(rows.half_spaces, exact.slip, at, tolerances)[:-1]
+        known = found.status == Status.UNBOUNDED and found.residual <= 0
+        return replace(_along(rows, blank, found.x if known else exact.slip), certified=(inf, inf))
+    x = significant(rows.half_spaces, exact.slip, exact.load_factor, tolerances)[:-1]
     return replace(
         blank,
         status=Status.OPTIMAL,
-        load_factor=at,
+        load_factor=exact.load_factor,
         x=x,
         z=exact.multipliers,
         carrying=(rows.node, np.array(exact.rows, dtype=np.intp)),
-        residual=rows.relative_excess(x, at),
+        residual=rows.relative_excess(x, exact.load_factor),
         certified=(exact.low, exact.high),
     )
 

@@ -11,7 +11,10 @@ import shakedown
 from benchmarks.problems import joint
 from benchmarks.rational_reference import fraction_rows, solve_fractions
 from shakedown import Problem
+from shakedown.bounds import largest_load_factor
+from shakedown.ground.work_limit import Status
 from shakedown.joint.constraints import constraints
+from shakedown.programs.program import Program, Solution
 
 
 def exact_bounds(problem: Problem) -> tuple[Fraction, Fraction]:
@@ -119,3 +122,28 @@ def test_a_certificate_that_takes_too_many_pivots_is_left():
     assert lower.certified is None
     assert "before its end" in lower.uncertified
     assert lower.load_factor == pytest.approx(shakedown.lower_bound(alone).load_factor, rel=1e-12)
+
+
+@pytest.mark.parametrize("said", [Status.OPTIMAL, Status.INFEASIBLE, Status.UNBOUNDED])
+@pytest.mark.parametrize(
+    "problem",
+    [joint(), replace(shakedown.example("two-node"), f=20.0), replace(joint(6, 3), p_w=-np.ones((6, 3)))],
+    ids=["limited", "wedging", "pulled off"],
+)
+def test_what_floats_say_at_loosened_tolerances_changes_no_exact_answer(
+    monkeypatch: pytest.MonkeyPatch, problem: Problem, said: Status
+) -> None:
+    expected, solve = shakedown.upper_bound(problem), largest_load_factor.solve
+
+    def loosened(program: Program) -> Solution:
+        monkeypatch.setattr(largest_load_factor, "solve", solve)
+        nothing = 0.0 if said == Status.OPTIMAL else np.nan
+        point = np.full(len(program.cost), nothing), np.full(len(program.right), nothing)
+        return replace(solve(program), status=said, reduced_accuracy=True, _point=lambda _: point)
+
+    monkeypatch.setattr(largest_load_factor, "solve", loosened)
+    found = shakedown.upper_bound(replace(problem))
+    assert (found.reduced_accuracy, found.status, found.missing) == (True, expected.status, ())
+    assert found.load_factor == pytest.approx(expected.load_factor, nan_ok=True)
+    assert found.least_load_factor == pytest.approx(expected.least_load_factor, nan_ok=True)
+    assert found.residual <= 1e-12
