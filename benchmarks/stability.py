@@ -139,7 +139,7 @@ def measure(case: dict) -> dict:
         "sensitivity": sensitivity if np.isfinite(sensitivity) else None,
         "violation": path.violation,
         "early_violation": path.early_violation,
-        "seconds_per_cycle": path.seconds / hard.cycles,
+        "seconds_per_cycle": path.seconds / hard.cycles if np.isfinite(path.seconds) else None,
     }
 
 
@@ -265,7 +265,8 @@ def tables(rows: list[dict]) -> str:
         ulp = next(r for r in mine if r)["sensitivity"]
         errors.append([name, "jumps" if ulp is None else f"{ulp:.0e}", *map(_error, mine)])
         laws.append([name, *(f"{r['violation']:.0e}" if r else "" for r in mine)])
-        times.append([name, *(f"{1e6 * r['seconds_per_cycle']:.0f}" if r else "" for r in mine)])
+        seconds = [r["seconds_per_cycle"] if r else None for r in mine]
+        times.append([name, *("" if each is None else f"{1e6 * each:.0f}" for each in seconds)])
     counts = [
         [word, "", *(str(sum(r["verdict"] == word for r in rows if r["method"] == m)) for m in methods)]
         for word in VERDICTS

@@ -28,7 +28,7 @@ FEWEST = {
     "hard_cases": [{"problem": "load factor 0"}],
     "long_term": [{"scene": "random 2", "exponent": 1, "start": 0}],
     "space_peers": [{"part": "steps", "scene": "25, closed, few slip", "method": "implicit"}],
-    "stability": [{"scene": "from the limit"}],
+    "stability": [{"scene": "from the limit"}, {"scene": "condition 1e14", "method": "event"}],  # one stops
     "verify_times": [{"what": "λ_max"}],
 }
 
