@@ -111,7 +111,9 @@ def resolution(
 def node_columns(nodes: NodeResults, problem: Problem) -> dict[str, FloatArray]:
     """Results per node, round-off as 0, by their names in a file; without columns that are all unknown."""
     none = resolution(problem, nodes.load_factor)
+    opens = np.where(np.isin(nodes.status, ("open", "mixed")), np.inf, 0.0)  # no force while it is open
     resolved = {"slip_range": none[0], "accumulated_slip": none[0], "work": none[1]}
+    resolved |= {"p_min": opens, "pressure_min": opens}
     columns = {
         word: np.array(without_round_off(getattr(nodes, word), resolved.get(word, 0.0))) for word in COLUMNS
     }

@@ -49,6 +49,7 @@ if TYPE_CHECKING:
 OPEN_AT_TIMES = "open at times"
 WORST = 10  # nodes shown where there are many
 SHORT = 3  # digits in a table of many columns
+HEADINGS = {"accumulated_slip": "Σ|Δv|", "tau_delta": "τ δ", "total_slip_bound": "total slip ≤"}
 DOES = {
     Outcome.SHAKEDOWN: "shakes down",
     Outcome.CYCLIC_SLIP: "slips in every cycle",
@@ -247,7 +248,7 @@ def worst_table(problem: Problem, found: NodeResults) -> Table:
     shown = node_column(problem) | {"status": list(found.status)}
     keys = len(shown) - 1
     for word, values in columns.items():
-        name = "Σ|Δv|" if word == "accumulated_slip" else word.replace("_", " ")
+        name = HEADINGS.get(word, word.replace("_", " "))
         shown[with_unit(name, found.units[word])] = [number(value, SHORT) for value in values]
     ranked = {name: [column[node] for node in worst] for name, column in shown.items()}
     return Table.of(ranked, ("FE", "status"), keys)
@@ -352,11 +353,8 @@ def banner_class(v: Verification) -> str:
 
 def state_facts(v: Verification) -> list[Fact]:
     """The long-term state under the nominal load, λ_T, and up to where slips stay small."""
-    facts = (
-        node_facts(v.problem, v.nodes)
-        if v.nodes.period
-        else [Fact("results per node", "none", note=v.nodes.reason)]
-    )
+    nothing = [Fact("results per node", "none", note=v.nodes.reason)]
+    facts = node_facts(v.problem, v.nodes) if v.nodes.period else nothing
     limit = v.transient
     if limit is not None and limit.proved != limit.load_factor:  # at λ_T itself it is only simulated
         at, note = (

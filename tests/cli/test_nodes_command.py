@@ -221,3 +221,12 @@ def test_what_grows_for_ever_is_below_nothing_and_rest_is_below_everything(tmp_p
 @pytest.mark.parametrize("below", ["0", "-1", "nan", "inf"])
 def test_a_limit_on_slips_is_a_positive_length(below):
     refused("simulate", *AT_TWO, "--slip-below", below, message="slip_below: expected a positive length")
+
+
+def test_a_node_that_opens_has_no_smallest_force_and_no_column_has_the_name_of_a_key():
+    out = run("nodes", "receding-block")[1]
+    lines = [line.split() for line in out.splitlines() if " mixed " in line]
+    assert len(lines) == 6
+    assert {line[7] for line in lines} == {"0"}
+    assert "τ δ" in out
+    assert "tau delta" not in out
