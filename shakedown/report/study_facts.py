@@ -156,8 +156,8 @@ def map_facts(found: InitialStateMap) -> list[Fact]:
     facts += undecided(found)
     if found.undecided < found.sampling.states:
         least, first, median, third, most = without_round_off(found.dissipation_quartiles, none)
-        spread = f"quartiles {number(first)}, {number(median)}, {number(third)}" if least < most else ""
-        size = number(least) if least == most else f"{number(least)} … {number(most)}"
+        size = " … ".join(dict.fromkeys(map(number, (least, most))))
+        spread = f"quartiles {number(first)}, {number(median)}, {number(third)}" if "…" in size else ""
         facts.append(Fact("dissipation per cycle", f"{size} {unit.work}".rstrip(), note=spread))
         facts.append(Fact("same outcome", KNOWN[found.same_outcome], note="for all states tried"))
         facts.append(Fact("same final state", KNOWN[found.unique], note=found.evidence))

@@ -273,3 +273,9 @@ def test_a_sample_in_which_all_agree_claims_nothing_of_other_states():
 )
 def test_numbers_beyond_all_measure_are_one_line(words, line):
     refused("map", "two-node", *words, "-q", message=line)
+
+
+def test_a_range_whose_ends_look_alike_is_one_number():
+    out = run("map", "receding-block", "--load-factor", "0.2", "--states", "4")[1]
+    (line,) = (line for line in out.splitlines() if line.startswith("  dissipation per cycle"))
+    assert line.split()[3:] == ["7.304e-06"]
