@@ -30,6 +30,7 @@ from shakedown.report.data_facts import (
 )
 from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, limits_as_text, number
 from shakedown.report.limit_facts import (
+    SAME,
     certain,
     claims,
     claims_table,
@@ -276,7 +277,7 @@ def verify_sheet(
     table = claims_table(v.problem, known, digits)
     facts = [
         *decided_by(v.assessment),
-        *([followed(v.limits)] if v.transient is not None and v.transient.at_proved is not None else []),
+        *([followed(v.limits)] if _reaches_farther(v) else []),
         *state_facts(v),
         *(_next(v, file, page) if file else []),
     ]
@@ -285,6 +286,12 @@ def verify_sheet(
         sections += limit_sections(v.assessment, digits, simulated=True)
         sections += [Section("", (), (), remarks_of(v)), runs_section(v)]
     return Sheet(headline(v.problem, limits=True), [answer(v), verdict(v)], table, facts, sections)
+
+
+def _reaches_farther(v: Verification) -> bool:
+    """Whether following the cycles proves noticeably more than what is proved from this state anyway."""
+    limit, most = v.transient, v.assessment.proved_from_this_state * (1.0 + SAME)
+    return limit is not None and limit.at_proved is not None and not limit.proved <= most
 
 
 def _next(v: Verification, file: str, page: Path | None) -> Iterator[Fact]:
@@ -296,7 +303,7 @@ def _next(v: Verification, file: str, page: Path | None) -> Iterator[Fact]:
     else:
         command, why = f"nodes {file} -o nodes.csv", "(every node, or .vtu for ParaView)"
     if page is not None:
-        yield Fact("report", str(page), note=f"and {page.with_suffix('.json').name} beside it")
+        yield Fact("report", str(page), note=f"and {page.with_suffix('.json').name}")
     yield Fact("next", f"shakedown-bounds {command}", note=why)
 
 
@@ -353,14 +360,11 @@ def banner_class(v: Verification) -> str:
 
 def state_facts(v: Verification) -> list[Fact]:
     """The long-term state under the nominal load, λ_T, and up to where slips stay small."""
-    nothing = [Fact("results per node", "none", note=v.nodes.reason)]
+    limit, nothing = v.transient, [Fact("results per node", "none", note=v.nodes.reason)]
     facts = node_facts(v.problem, v.nodes) if v.nodes.period else nothing
-    limit = v.transient
     if limit is not None and limit.proved != limit.load_factor:  # at λ_T itself it is only simulated
-        at, note = (
-            number(certain(limit), rounding="down"),
-            "up to here the joint shakes down in the simulation",
-        )
+        note = "up to here the joint shakes down in the simulation"
+        at = number(certain(limit), rounding="down")
         if np.isnan(limit.load_factor):
             at, note = "no λ", "the joint shakes down at no load factor simulated"
         elif not np.isfinite(limit.high):
@@ -404,8 +408,7 @@ def runs_section(v: Verification) -> Section:
     said += [notes.IN_ZONE] * any(bool(run.open_nodes) for run in v.runs)
     said += [notes.SEPARATION] * any(each.outcome == Outcome.SEPARATION for each in found)
     said += [notes.ONE_PATH] * v.problem.is_domain
-    words = ("initial state", "predicted", "simulated")
-    return Section("Runs", (), [Table.of(columns, words, keys=2)], said)
+    return Section("Runs", (), [Table.of(columns, ("initial state", "predicted", "simulated"), keys=2)], said)
 
 
 def started(run: Run) -> str:

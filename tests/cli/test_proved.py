@@ -141,3 +141,9 @@ def test_verify_predicts_from_the_energy_ball():
 
 def test_simulate_takes_the_nominal_load():
     assert document("simulate", "two-node") == document("simulate", "two-node", "--load-factor", "1")
+
+
+@pytest.mark.parametrize(("joint", "said"), [("two-node", False), ("press-fit", True)])
+def test_verify_says_what_following_proves_only_where_it_reaches_farther(joint, said):
+    out = run("verify", joint, "--random", "0")[1]
+    assert ("  followed " in out) == said
