@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -20,33 +20,32 @@ from shakedown.joint.constraints import Side, loading, transient_path
 from shakedown.joint.contact_zone import Zone, contact_zone, coupled_parts
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.programs.program import INF, Program, equilibration
-from shakedown.programs.simplex import solve
+from shakedown.programs.program import equilibration
 
 NOT_UNIQUE = "what limits it is not unique: several nodes, or load steps, do so alike"
+KINK = "for some nodes several load steps, or slips, limit it alike"
 SAME = 10 * NEGLIGIBLE  # relative to the terms of a derivative: differences between optima that do not matter
 KINDS = ("friction", "constant", "amplitude")
-SMOOTH = 10.0**-DIGITS  # of the largest elasticity: one-sided values that differ by less are equal
-SIDES = np.array([-1.0, 1.0])  # a parameter falls, or grows
+SMOOTH = 10.0**-DIGITS  # of the terms of a derivative: one-sided values that differ by less are equal
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Slopes(Result):
-    """Derivatives of a load factor with respect to one quantity; column 0 as it falls, column 1 as it grows.
+    """Derivatives of a load factor with respect to one quantity; NaN where it has none, at a kink.
 
     Attributes
     ----------
-    derivative : (n, 2)
+    derivative : (n,)
         dλ/dθ, θ the quantity at one node, all others as they are.
-    elasticity : (n, 2)
+    elasticity : (n,)
         d ln λ / d ln θ: by how many per cent λ changes with one per cent of θ there.
-    together : (2,)
+    together
         The elasticity where the quantity changes by one factor at all nodes.
     """
 
     derivative: FloatArray
     elasticity: FloatArray
-    together: FloatArray
+    together: float
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -60,7 +59,7 @@ class Sensitivities(Result):
     status
         That of the bound; of one that is not optimal there are no derivatives.
     reason
-        Why there are none, in words; else empty.
+        Why there are none, or not of every node, in words; else empty.
     load_factor
         λ.
     friction
@@ -82,26 +81,27 @@ class Sensitivities(Result):
 
     @property
     def smooth(self) -> bool:
-        """Whether both sides agree everywhere: the optimum is not degenerate."""
-        values = np.vstack([getattr(self, kind).elasticity for kind in KINDS])
-        size = np.nanmax(np.abs(values), initial=0.0)
-        return bool(np.all(np.abs(values[:, 1] - values[:, 0]) <= SMOOTH * size))
+        """Whether there is a derivative everywhere: the optimum is not degenerate."""
+        return bool(np.isfinite([getattr(self, kind).elasticity for kind in KINDS]).all())
 
     def ranked(self, at_least: float = SMOOTH) -> NDArray[np.intp]:
         """The nodes with a notable influence on the load factor, the most important first."""
-        sizes = np.nansum([np.abs(getattr(self, kind).elasticity).max(axis=1) for kind in KINDS], axis=0)
+        sizes = np.nansum([np.abs(getattr(self, kind).elasticity) for kind in KINDS], axis=0)
         order = np.argsort(-sizes, kind="stable")
         return order[sizes[order] > at_least * sizes.max(initial=0.0)]
 
     def to_dict(self) -> dict[str, Any]:
-        """Every derivative as [as it falls, as it grows]."""
+        """Every derivative as [as it falls, as it grows], which are the same."""
+        known = {
+            kind: {word: np.stack([each, each], axis=-1) for word, each in vars(getattr(self, kind)).items()}
+            for kind in KINDS
+        }
         about = {"status": self.status, "reason": self.reason, "load_factor": self.load_factor}
-        known = {kind: getattr(self, kind) for kind in KINDS}
         return {key: plain(value) for key, value in (about | {"smooth": self.smooth} | known).items()}
 
     def columns(self) -> dict[str, Any]:
-        """One row per node: the elasticities as the quantity grows."""
-        return {kind: getattr(self, kind).elasticity[:, 1] for kind in KINDS}
+        """One row per node: the elasticities."""
+        return {kind: getattr(self, kind).elasticity for kind in KINDS}
 
 
 @checked
@@ -115,8 +115,8 @@ def sensitivities(problem: Problem, bound: Bound, *, tolerances: Tolerances = DE
 
     over the rows of node i, p_i less ∂(f γ)/∂f R for λ_E. Nothing is solved again. Where the multipliers are
     not unique, as where several nodes limit the joint alike, there is no such derivative: all are NaN, with
-    the reason. Where the best slip is not unique, and its pressure matters, a small program tells how far the
-    derivative by friction may go on either side, up to 40 nodes; beyond it is NaN. What varies is one
+    the reason; and single ones are NaN where the load factor has a kink: the friction of a node at which
+    several load steps, with unlike pressures, or several best slips limit it alike. What varies is one
     quantity of one node; stiffness, the other nodes, the initial slip, the distance and the zone stay. Where
     nodes are open the loads of all nodes act on the closed ones.
 
@@ -143,10 +143,9 @@ def sensitivities(problem: Problem, bound: Bound, *, tolerances: Tolerances = DE
     >>> joint = shakedown.example("two-node")
     >>> found = sensitivities(joint, shakedown.upper_bound(joint))
     >>> found.friction.elasticity.round(3)
-    array([[0.04 , 0.04 ],
-           [0.924, 0.924]])
-    >>> found.constant.together.round(9), found.smooth
-    (array([1., 1.]), True)
+    array([0.04 , 0.924])
+    >>> round(found.constant.together, 9), found.smooth
+    (1.0, True)
     """
     require_plane("sensitivities", problem)
     reached = {"upper": _of_upper, "energy": _of_energy}.get(bound.kind)
@@ -165,19 +164,13 @@ def sensitivities(problem: Problem, bound: Bound, *, tolerances: Tolerances = DE
     found = reached(zone, bound, tolerances)
     if not found.unique:
         return _none(problem, bound, NOT_UNIQUE)
-    return Sensitivities(
-        symbol=bound.symbol,
-        status=bound.status,
-        reason="",
-        load_factor=bound.load_factor,
-        friction=found.friction(),
-        constant=found.loads(found.rates.constant),
-        amplitude=found.loads(found.rates.amplitude),
-    )
+    slopes = found.friction(), *found.loads()
+    kinked = any(np.isnan(each.derivative).any() for each in slopes)
+    return Sensitivities(bound.symbol, bound.status, KINK * kinked, bound.load_factor, *slopes)
 
 
 def _none(problem: Problem, bound: Bound, reason: str) -> Sensitivities:
-    none = Slopes(*(np.full(shape, np.nan) for shape in ((problem.n, 2), (problem.n, 2), 2)))
+    none = Slopes(np.full(problem.n, np.nan), np.full(problem.n, np.nan), np.nan)
     return Sensitivities(bound.symbol, bound.status, reason, bound.load_factor, none, none, none)
 
 
@@ -193,7 +186,7 @@ def _of_parts(problem: Problem, bound: Bound, tolerances: Tolerances) -> Sensiti
     found = sensitivities(part.joint, own, tolerances=tolerances)
 
     def everywhere(slopes: Slopes) -> Slopes:
-        of_nodes = np.zeros((2, problem.n, 2))
+        of_nodes = np.zeros((2, problem.n))
         of_nodes[:, part.nodes] = slopes.derivative, slopes.elasticity
         return Slopes(of_nodes[0], of_nodes[1], slopes.together)
 
@@ -201,89 +194,140 @@ def _of_parts(problem: Problem, bound: Bound, tolerances: Tolerances) -> Sensiti
     return replace(found, **changed)
 
 
-@dataclass(frozen=True)
-class RowRates:
-    """Changes of the slack g − G v − λ d of some rows of a zone, per change of a parameter, at fixed v and λ.
+@dataclass(frozen=True, kw_only=True)
+class _Optimum:
+    """The rows that are reached at an optimum of max λ, to first order: W x' + d λ' ≤ what a parameter gains.
 
-    Every row is the least of its load steps: at a tie the change for the better and that for the
-    worse are not opposite, so that each comes for a parameter that falls (column 0) and for one that grows.
+    With the envelope theorem λ' is the gain weighted with the multipliers. The gain is that of the slack
+    g − G v − λ d at fixed v and λ, in every load step that determines the row.
 
     Attributes
     ----------
-    zone
-        The joint, and its open nodes.
+    zone, load_factor
+        The joint and its open nodes; λ.
+    slip
+        That of the closed nodes [length].
     row : (k,)
-        Rows by number, in the order of ``zone.constraints``.
+        The rows by number, in the order of ``zone.constraints``.
     before : (k,)
         Whether it is the row of the transient load steps.
     scale : (k,)
         What a row is multiplied by.
-    load_factor
-        λ.
+    W : (k, N)
+        Their slopes over the unknowns x [force/unit of x].
+    d : (k,)
+        Their coefficients of λ [force].
+    multipliers : (k,)
+        y ≥ 0 with Wᵀ y = 0 and dᵀ y = 1.
+    needs : (k,)
+        What the ball takes of the slack per friction of the node [force].
+    turn : (k, N)
+        How the gain by the node's own friction varies with x.
+    at_tip
+        Whether the optimum is the tip of a cone, where multipliers are not unique.
+    ray : (N,)
+        With a cone the only direction along which x can be changed at all.
+    tolerances
+        What is regular.
     """
 
     zone: Zone
+    load_factor: float
+    slip: FloatArray
     row: NDArray[np.intp]
     before: NDArray[np.bool_]
-    scale: FloatArray
-    load_factor: float
+    scale: FloatArray | float = 1.0
+    W: FloatArray
+    d: FloatArray
+    multipliers: FloatArray
+    needs: FloatArray | float = 0.0
+    turn: FloatArray
+    at_tip: bool = False
+    ray: FloatArray | None = None
+    tolerances: Tolerances
 
-    def among(self, chosen: NDArray[np.intp]) -> "RowRates":
-        """Some of the rows."""
-        return replace(self, row=self.row[chosen], before=self.before[chosen], scale=self.scale[chosen])
+    @cached_property
+    def unique(self) -> bool:
+        """Whether the multipliers are."""
+        matrix = np.column_stack([self.W, self.d])
+        row, column = equilibration(matrix, self.tolerances.equilibration_sweeps)
+        values = np.linalg.svd(matrix * row[:, None] * column, compute_uv=False)
+        return not self.at_tip and int((values > SAME * values[0]).sum()) == len(self.d)
 
-    @property
-    def node(self) -> NDArray[np.intp]:
+    @cached_property
+    def _columns(self) -> FloatArray:
+        """What the unknowns are multiplied by, so that they matter alike, (N,)."""
+        sizes = np.abs(self.W).max(axis=0, initial=0.0)
+        return 1.0 / np.where(sizes > 0, sizes, 1.0)
+
+    @cached_property
+    def _elsewhere(self) -> FloatArray:
+        """Unit directions (N, q) of scaled unknowns in which x may change and stay optimal."""
+        share = self.multipliers * np.abs(self.W).max(axis=1, initial=0.0)
+        held = self.W[share > SAME * share.max(initial=0.0)] * self._columns
+        if self.ray is not None:
+            ray = self.ray / self._columns
+            free = np.all(np.abs(held @ ray) <= SAME * (np.abs(held) @ np.abs(ray)))
+            return (ray / np.linalg.norm(ray))[:, None] if free else np.zeros((len(ray), 0))
+        values, directions = np.linalg.svd(held / np.abs(held).max(axis=1, keepdims=True))[1:]
+        return np.asarray(directions[int((values > SAME * values.max(initial=0.0)).sum()) :].T)
+
+    def friction(self) -> Slopes:
+        """Slopes for the friction of every node, and for a factor on all of them."""
+        rubs = self.zone.constraints.sided[self.row]
+        p = self._condensed(self._total)[1] + self.zone.joint.B @ self.slip
+        gain = np.where(rubs, self.scale * p[:, np.where(rubs, self.row // 2, 0)] - self.needs, 0.0)
+
+        def of(change: FloatArray) -> float:
+            share = np.where(rubs, change[self._node], 0.0)
+            turn = (share * self.multipliers)[:, None] * self.turn * self._columns
+            moved = np.abs(turn.sum(axis=0) @ self._elsewhere)  # other optimal x may gain more
+            return np.nan if (moved > SAME * np.abs(turn).sum()).any() else self._weighted(share * gain)
+
+        return self._slopes(of, self.zone.problem.f)
+
+    def loads(self) -> list[Slopes]:
+        """Slopes for a factor on the constant, and on the periodic load, at every node and at all of them."""
+
+        def of(loads: FloatArray, change: FloatArray) -> float:
+            return self._weighted(self._slacks(loads * np.tile(change, 2)))
+
+        return [self._slopes(partial(of, loads), np.ones(self.zone.problem.n)) for loads in self._loads]
+
+    def _slopes(self, of: Callable[[FloatArray], float], quantity: FloatArray) -> Slopes:
+        """Slopes for a quantity (n,), of what its change brings."""
+        derivative, unit = np.zeros(len(quantity)), np.eye(len(quantity))
+        for node in range(len(quantity)) if self.zone.open_nodes else np.unique(self._node):
+            derivative[node] = of(unit[node])
+        return Slopes(derivative, derivative * quantity / self.load_factor, of(quantity) / self.load_factor)
+
+    def _weighted(self, gain: FloatArray) -> float:
+        """dλ where slacks gain so much in each load step, (m + k, rows); NaN where it is not the same there.
+
+        A row loses the least of its load steps where a parameter falls, and gains the least where it grows.
+        """
+        tied = self._tied
+        grown = self.multipliers @ np.where(tied, gain, np.inf).min(axis=0)
+        fallen = self.multipliers @ np.where(tied, gain, -np.inf).max(axis=0)
+        size = self.multipliers @ np.where(tied, np.abs(gain), 0.0).max(axis=0)
+        return float(grown) if fallen - grown <= SMOOTH * size else np.nan
+
+    @cached_property
+    def _node(self) -> NDArray[np.intp]:
         """The node of every row, numbered in the whole joint."""
         return self.zone.constraints.node[self.row]
 
-    def pressures(self, slip: FloatArray) -> FloatArray:
-        """Rate of the slack with the node's own friction at the slips of the closed nodes, (k, 2) [force].
-
-        It is the pressure of the node where it grows; of a row without friction zero.
-        """
-        p = self._condensed(self._loads)[1] + self.zone.joint.B @ slip
-        rates = np.zeros((len(p), len(self.row)))
-        rates[:, self.rubs] = p[:, self.row[self.rubs] // 2]
-        return self._worst(rates)
-
-    def pressure_slopes(self) -> FloatArray:
-        """∂p/∂v of the node of every row, over the unknowns of programs, (k, n) [force/length]."""
-        joint, slopes = self.zone.joint, np.zeros((len(self.row), self.zone.joint.layout.slip_size))
-        slopes[self.rubs] = self.zone.constraints.rigid.columns(joint.B)[self.row[self.rubs] // 2]
-        return slopes
-
-    def constant(self, nodes: NDArray[np.intp]) -> FloatArray:
-        """Rate of the slack with a factor on the constant load of some nodes, transient included, (k, 2)."""
-        return self._worst(self._slacks(self._of_nodes(self._constant, nodes)))
-
-    def amplitude(self, nodes: NDArray[np.intp]) -> FloatArray:
-        """Rate of the slack with a factor on the periodic load of some nodes, (k, 2) [force]."""
-        periodic = self._loads - self._constant
-        return self._worst(self._slacks(self._of_nodes(periodic, nodes)))
+    @cached_property
+    def _loads(self) -> tuple[FloatArray, FloatArray]:
+        """Constant and periodic part at λ of every load step, those of the transient last, (m + k, 2n)."""
+        problem, before = self.zone.problem, transient_path(self.zone.problem)
+        loop, joined = loading(problem), problem.layout.joined
+        constant = np.vstack([np.tile(joined(loop.q0, loop.p0), (problem.m, 1)), before])
+        return constant, self.load_factor * np.vstack([joined(loop.q1, loop.p1), np.zeros_like(before)])
 
     @property
-    def rubs(self) -> NDArray[np.bool_]:
-        """Which rows are friction limits, rather than gaps or pressures."""
-        return self.zone.constraints.sided[self.row]
-
-    @cached_property
-    def _loads(self) -> FloatArray:
-        """The welded reactions of every load step at λ, those of the transient last, (m + k, 2n)."""
-        loop, joined = loading(self.zone.problem), self.zone.problem.layout.joined
-        return np.vstack([joined(*loop.at(self.load_factor)), transient_path(self.zone.problem)])
-
-    @cached_property
-    def _constant(self) -> FloatArray:
-        """The part of these loads that the load factor does not multiply."""
-        loop, problem = loading(self.zone.problem), self.zone.problem
-        mean = np.tile(problem.layout.joined(loop.q0, loop.p0), (problem.m, 1))
-        return np.vstack([mean, transient_path(problem)])
-
-    def _of_nodes(self, loads: FloatArray, nodes: NDArray[np.intp]) -> FloatArray:
-        chosen, part = self.zone.problem.layout.of_nodes(nodes), np.zeros_like(loads)
-        part[:, chosen] = loads[:, chosen]
-        return part
+    def _total(self) -> FloatArray:
+        return self._loads[0] + self._loads[1]
 
     def _condensed(self, loads: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Welded reactions of the closed nodes with the open ones free, and their gaps at zero slip."""
@@ -298,149 +342,37 @@ class RowRates:
     def _slacks(self, loads: FloatArray) -> FloatArray:
         """The slack of every row at zero slip under each load, (m + k, rows)."""
         q, p, gaps = self._condensed(loads)
-        return np.hstack([self.zone.joint.law.cone(q, p), gaps])[:, self.row]
+        return self.scale * np.hstack([self.zone.joint.law.cone(q, p), gaps])[:, self.row]
 
     @cached_property
     def _tied(self) -> NDArray[np.bool_]:
         """The load steps that determine each row, (m + k, rows)."""
-        step = np.arange(len(self._loads))[:, None]
-        slacks = np.where((step >= self.zone.problem.m) == self.before, self._slacks(self._loads), np.inf)
-        tangential, normal = np.abs(self._loads), np.abs(self._loads)
-        tangential[:, self.zone.problem.layout.gaps], normal[:, self.zone.problem.layout.slips] = 0.0, 0.0
+        loads, layout = self._total, self.zone.problem.layout
+        step = np.arange(len(loads))[:, None]
+        slacks = np.where((step >= self.zone.problem.m) == self.before, self._slacks(loads), np.inf)
+        tangential, normal = np.abs(loads), np.abs(loads)
+        tangential[:, layout.gaps], normal[:, layout.slips] = 0.0, 0.0
         size = (np.abs(self._slacks(tangential)) + np.abs(self._slacks(normal))).max(axis=0)
         return slacks <= slacks.min(axis=0) + NEGLIGIBLE * size
 
-    def _worst(self, rates: FloatArray) -> FloatArray:
-        """The least rate over the determining load steps, for a falling and for a growing parameter."""
-        both = np.where(self._tied[..., None], rates[..., None] * SIDES, np.inf)
-        return both.min(axis=0) * self.scale[:, None]
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Optimum:
-    """The rows that are reached at an optimum of max λ, to first order: W x' + d λ' ≤ what a parameter gains.
-
-    With the envelope theorem λ' is the gain weighted with the multipliers.
-
-    Attributes
-    ----------
-    rates
-        What influences their slack.
-    W : (k, N)
-        Their slopes over the unknowns x [force/unit of x].
-    d : (k,)
-        Their coefficients of λ [force].
-    multipliers : (k,)
-        y ≥ 0 with Wᵀ y = 0 and dᵀ y = 1.
-    pressure : (k, 2)
-        Gain from the node's own friction, as it falls, and as it grows [force].
-    turn : (k, N)
-        How the gain as it grows varies with x.
-    rows, slack
-        All rows (K, N) and their slacks (K,), which say how far other optimal x are; None where x is bent by
-        a cone, or there are so many nodes that seeking them takes long.
-    at_tip
-        Whether the optimum is the tip of a cone, where multipliers are not unique.
-    ray : (N,)
-        With a cone the only direction along which x can be changed at all.
-    tolerances
-        What is regular.
-    """
-
-    rates: RowRates
-    W: FloatArray
-    d: FloatArray
-    multipliers: FloatArray
-    pressure: FloatArray
-    turn: FloatArray
-    rows: FloatArray | None = None
-    slack: FloatArray | None = None
-    at_tip: bool = False
-    ray: FloatArray | None = None
-    tolerances: Tolerances
-
-    @cached_property
-    def unique(self) -> bool:
-        """Whether the multipliers are."""
-        matrix = np.column_stack([self.W, self.d])
-        row, column = equilibration(matrix, self.tolerances.equilibration_sweeps)
-        values = np.linalg.svd(matrix * row[:, None] * column, compute_uv=False)
-        return not self.at_tip and int((values > SAME * values[0]).sum()) == len(self.d)
-
-    @cached_property
-    def _elsewhere(self) -> FloatArray:
-        """Directions (N, q) in which x may change and stay optimal."""
-        share = self.multipliers * np.abs(self.W).max(axis=1, initial=0.0)
-        sizes = np.abs(self.W).max(axis=0, initial=0.0)
-        columns = np.where(sizes > 0, 1.0 / np.where(sizes > 0, sizes, 1.0), 1.0)
-        held = self.W[share > SAME * share.max(initial=0.0)] * columns
-        if self.ray is not None:
-            moved, terms = held @ (self.ray / columns), np.abs(held) @ np.abs(self.ray / columns)
-            free = np.all(np.abs(moved) <= SAME * terms)
-            return self.ray[:, None] if free else np.zeros((len(self.ray), 0))
-        values, directions = np.linalg.svd(held / np.abs(held).max(axis=1, keepdims=True))[1:]
-        rank = int((values > SAME * values.max(initial=0.0)).sum())
-        return np.asarray((directions[rank:] * columns).T)
-
-    def friction(self) -> Slopes:
-        """Slopes for the friction of every node, and for a factor on all of them."""
-        problem, load_factor = self.rates.zone.problem, self.rates.load_factor
-        closed, derivative = self.rates.rubs, np.zeros((problem.n, 2))
-        for node in np.unique(self.rates.node[closed]):
-            derivative[node] = self._of_friction(closed & (self.rates.node == node))
-        together = self._of_friction(np.where(closed, problem.f[self.rates.node], 0.0))
-        return Slopes(derivative, derivative * problem.f[:, None] / load_factor, together / load_factor)
-
-    def _of_friction(self, share: NDArray[Any]) -> FloatArray:
-        """Derivative by the friction of some rows; NaN where other optimal x gain more and are not sought."""
-        turn, found = share[:, None] * self.turn, self._weighted(share[:, None] * self.pressure)
-        if turn.any():
-            moved, terms = turn @ self._elsewhere, np.abs(turn) @ np.abs(self._elsewhere)
-            if (np.abs(moved) > SAME * terms).any():
-                way = self.multipliers @ turn
-                found += [-self._farthest(-way), self._farthest(way)]
-        return found
-
-    def _farthest(self, way: FloatArray) -> float:
-        """The most that another optimal x may gain along a direction (Gol'shtein); NaN where not sought."""
-        if self.rows is None or self.slack is None:
-            return np.nan
-        end = solve(Program(self.rows, self.slack, -way, lower=np.array(-INF), tolerances=self.tolerances))
-        return float(way @ end.x) if end.status == Status.OPTIMAL else np.nan
-
-    def _weighted(self, gain: FloatArray) -> FloatArray:
-        """dλ as a parameter falls, and as it grows, (2,), where slacks gain so much, (k, 2)."""
-        return np.asarray(self.multipliers @ gain * SIDES)
-
-    def loads(self, of_nodes: Callable[[NDArray[np.intp]], FloatArray]) -> Slopes:
-        """Slopes for a factor on loads, at every node and at all of them."""
-        zone, load_factor = self.rates.zone, self.rates.load_factor
-        everywhere = np.arange(zone.problem.n)
-        derivative = np.zeros((len(everywhere), 2))
-        for node in everywhere if zone.open_nodes else np.unique(self.rates.node):
-            derivative[node] = self._weighted(of_nodes(np.array([node])))
-        together = self._weighted(of_nodes(everywhere))
-        return Slopes(derivative, derivative / load_factor, together / load_factor)
-
 
 def _of_upper(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Optimum:
-    before = len(bound.multipliers) > len(zone.constraints.g)
-    rows, slip = zone.rows(before), bound.slip[zone.problem.layout.slips_of(zone.closed_nodes)]
+    transient = len(bound.multipliers) > len(zone.constraints.g)
+    rows, slip = zone.rows(transient), bound.slip[zone.problem.layout.slips_of(zone.closed_nodes)]
     excess = rows.relative_excess(slip, bound.load_factor)
     chosen = np.flatnonzero((excess >= -tolerances.feasibility) | (bound.multipliers > 0))
-    rates = rates_of(zone, bound.load_factor, before=before).among(chosen)
-    y, slack = bound.multipliers[chosen], np.maximum(-rows.excess(slip, bound.load_factor), 0.0)
-    slack[chosen] = 0.0  # otherwise round-off there would set the scale of the others
+    row, before = _numbered(zone, transient, chosen)
+    y = bound.multipliers[chosen]
     return _Optimum(
-        rates=rates,
+        zone=zone,
+        load_factor=bound.load_factor,
+        slip=slip,
+        row=row,
+        before=before,
         W=rows.coefficients[chosen],
         d=rows.d[chosen],
         multipliers=y / (y @ rows.d[chosen]),
-        pressure=rates.pressures(slip),
-        turn=rates.pressure_slopes(),
-        # nodes: two small programs for each of them
-        rows=rows.coefficients if zone.problem.n <= 40 else None,
-        slack=slack,
+        turn=_pressure_slopes(zone, row),
         tolerances=tolerances,
     )
 
@@ -456,22 +388,27 @@ def _of_energy(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Optimum:
     share = bound.multipliers * sizes
     slack = limits.slack(slip, bound.load_factor, reach) / sizes
     chosen = np.flatnonzero((slack <= tolerances.feasibility) | (share > SMOOTH * share.max()))
-    before = len(limits.rows.g) > len(zone.constraints.g)
-    rates = rates_of(zone, bound.load_factor, scale=metric.scale, before=before).among(chosen)
+    transient = len(limits.rows.g) > len(zone.constraints.g)
+    row, before = _numbered(zone, transient, chosen)
     ray = np.zeros_like(moved) if at_tip else moved / np.linalg.norm(moved)
     s, y = limits.rows.spread[chosen], bound.multipliers[chosen]
     widening = np.append(spread_slopes(zone.joint, metric, limits.rows.spread[: 2 * zone.joint.n]), 0.0)
-    needs = widening[np.where(rates.rubs, rates.row, -1)]
-    rising, growing = rates.pressure_slopes() @ metric.inverse, needs[:, None] * ray
+    needs = widening[np.where(zone.constraints.sided[row], row, -1)]
+    rising, growing = _pressure_slopes(zone, row) @ metric.inverse, needs[:, None] * ray
     turn = rising - growing
     # of a difference of slopes, relative to its terms
     turn[np.abs(turn) <= 64 * EPS * (np.abs(rising) + np.abs(growing))] = 0.0
     return _Optimum(
-        rates=rates,
+        zone=zone,
+        load_factor=bound.load_factor,
+        slip=slip,
+        row=row,
+        before=before,
+        scale=np.where(row < len(zone.constraints.g) - len(zone.open_nodes), 1.0, metric.scale),
         W=limits.rows.G[chosen] @ metric.inverse + s[:, None] * ray,
         d=limits.rows.d[chosen],
         multipliers=y / (y @ limits.rows.d[chosen]),
-        pressure=rates.pressures(slip) - reach * needs[:, None] * SIDES,
+        needs=reach * needs,
         turn=turn,
         at_tip=at_tip and bool(s.any()),
         ray=ray if s @ y > 0 else None,
@@ -487,14 +424,24 @@ def _is_kept(
     return bool(slack.min() >= -tolerances.feasibility)
 
 
-def rates_of(zone: Zone, load_factor: float, *, scale: float = 1.0, before: bool = False) -> RowRates:
-    """The rates of all rows of a zone; those of the transient in the order of the energy rows."""
-    o = len(zone.open_nodes)
-    closed = len(zone.constraints.g) - o
-    times = 2 if before else 1
-    row = np.concatenate([np.tile(np.arange(closed), times), np.tile(closed + np.arange(o), times)])
-    late = np.concatenate([np.repeat([False, True][:times], closed), np.repeat([False, True][:times], o)])
-    return RowRates(zone, row, late, np.where(row < closed, 1.0, scale), load_factor)
+def _numbered(
+    zone: Zone, transient: bool, chosen: NDArray[np.intp]
+) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """Some rows of programs by their number in the zone, and whether each is of the transient."""
+    closed, rows = len(zone.constraints.g) - len(zone.open_nodes), np.arange(len(zone.constraints.g))
+    parts = [
+        (part, late) for part in (rows[:closed], rows[closed:]) for late in (False, True)[: 1 + transient]
+    ]
+    row = np.concatenate([part for part, _ in parts])
+    late = np.concatenate([np.full(len(part), late) for part, late in parts])
+    return row[chosen], late[chosen]
+
+
+def _pressure_slopes(zone: Zone, row: NDArray[np.intp]) -> FloatArray:
+    """∂p/∂v of the node of every row, over the unknowns of programs, (k, n) [force/length]."""
+    slopes, rubs = np.zeros((len(row), zone.joint.layout.slip_size)), zone.constraints.sided[row]
+    slopes[rubs] = zone.constraints.rigid.columns(zone.joint.B)[row[rubs] // 2]
+    return slopes
 
 
 def spread_slopes(problem: Problem, metric: EnergyMetric, spread: FloatArray) -> FloatArray:

@@ -175,8 +175,7 @@ def _sums(problem: Problem, q: FloatArray, p: FloatArray) -> dict[str, FloatArra
 def sensitivity(found: Sensitivities, problem: Problem | None = None, *, ax: Axes | None = None) -> Axes:
     """By how many per cent a bound moves with one per cent more friction, constant load, load amplitude.
 
-    The nodes on which the bound depends most, four at most, the first on top. Where the optimum is
-    degenerate a hollow bar shows what one per cent less would do, with its sign turned.
+    The nodes on which the bound depends most, four at most, the first on top.
 
     Parameters
     ----------
@@ -208,11 +207,8 @@ def sensitivity(found: Sensitivities, problem: Problem | None = None, *, ax: Axe
         raise UsageError(f"found: expected a bound with derivatives, found none ({found.reason})")
     axes, places = axes_for(ax, (6.0, 0.9 + 0.7 * len(nodes))), -np.arange(len(nodes))
     for k, (kind, colour) in enumerate(zip(KINDS, (style.GREEN, style.BLUE, style.RED), strict=True)):
-        fallen, grown = getattr(found, kind).elasticity[nodes].T
-        at = places + (1 - k) * bar
-        axes.barh(at, grown, 0.9 * bar, color=colour, label=names[kind])
-        if not found.smooth:
-            axes.barh(at, fallen, 0.9 * bar, fill=False, ec=colour, lw=0.9)
+        at, share = places + (1 - k) * bar, getattr(found, kind).elasticity[nodes]
+        axes.barh(at, share, 0.9 * bar, color=colour, label=names[kind])
     axes.set_ylim(0.5 - max(len(nodes), 3), 0.5)
     axes.axvline(0.0, color=style.GREY, lw=0.8)
     axes.set_yticks(places, [node_name(int(node), problem).replace(" (", "\n(") for node in nodes])

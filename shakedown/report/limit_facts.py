@@ -257,7 +257,7 @@ def _deciding_node(found: Assessment) -> Iterator[Fact]:
         if known is None or not known.ranked().size:
             continue
         node = int(known.ranked()[0])
-        changes = ((cause, float(getattr(known, kind).elasticity[node, 1])) for kind, cause in CAUSES.items())
+        changes = ((cause, float(getattr(known, kind).elasticity[node])) for kind, cause in CAUSES.items())
         effects = [
             f"{cause} {facts.signed(by, 2) if abs(by) >= SLIGHT else '0 %'}"
             for cause, by in changes
