@@ -25,7 +25,7 @@ from shakedown.bounds.enumeration.critical import CriticalLoadFactors, critical_
 from shakedown.bounds.plane_or_space import takes_long
 from shakedown.bounds.registry import Claim, kinds_of
 from shakedown.ground.argument_kinds import check_seed
-from shakedown.ground.constants import CYCLES, MANY, T
+from shakedown.ground.constants import CYCLES, MANY
 from shakedown.ground.errors import Missing, UsageError, present
 from shakedown.ground.shown_values import at_lambda, nodes_in_words, plain, short
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -96,13 +96,8 @@ def compile_loops(limits: JointLimits, method: str) -> None:
         simulate(limits.problem, 0.0, cycles=1, method=method)
 
 
-def run_of(limits: JointLimits, case: Case, cycles: int, method: str, most: float = MOST_WORK) -> Run:
-    """Simulate a case with so much work at most, and compare it with the prediction and the plan's ball."""
-    with limited_work(most):
-        return _run_of(limits, case, cycles, method)
-
-
-def _run_of(limits: JointLimits, case: Case, cycles: int, method: str) -> Run:
+def run_of(limits: JointLimits, case: Case, cycles: int, method: str) -> Run:
+    """Simulate a case, and compare it with the prediction and the plan's ball."""
     began, problem = time.perf_counter(), limits.problem
     if case.after_transient:
         problem = replace(problem, q_transient=None, p_transient=None)
@@ -409,20 +404,15 @@ def side_by_side(threads: int) -> Iterator[Begin]:
     ...     one(), two()
     (1, 2)
     """
+    limited = limited_work(MOST_WORK)
     if threads == 1:
-        yield lambda step: partial(_limited, step)
+        yield limited
         return
     pool = ThreadPoolExecutor(threads)
     try:
-        yield lambda step: pool.submit(_limited, step).result
+        yield lambda step: pool.submit(limited(step)).result
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
-
-
-def _limited(step: Callable[[], T]) -> T:
-    """A piece of work whose motions take ``MOST_WORK`` at most."""
-    with limited_work(MOST_WORK):
-        return step()
 
 
 def _verified(found: Assessment, asked: _Scope, settings: Settings) -> Verification:
@@ -489,11 +479,11 @@ def _simulated(
     planned = [begin(step) for step in plan]
     runs: list[Run] = [nominal()]
     # where they were too few for λ = 1
-    most = 0.25 * MOST_WORK if is_spent(runs[0].simulation) else MOST_WORK
+    follow = limited_work(0.25 * MOST_WORK if is_spent(runs[0].simulation) else MOST_WORK)(run_of)
     cases, ends = list[Case](), list[Callable[[], Run]]()
     for step in planned:  # what one load factor has begins while the next one is planned
         new = step()
-        ends += [begin(partial(run_of, limits, case, *how, most)) for case in new]
+        ends += [begin(partial(follow, limits, case, *how)) for case in new]
         cases += new
     few = limits.subsets is not None and limits.subsets <= asked.budget
     others = [
@@ -515,6 +505,6 @@ def _simulated(
 
 def _nominal_run(limits: JointLimits, cycles: int, method: str) -> Run:
     """The nominal load, with the period of its long-term state, which every page shows."""
-    run = run_of(limits, case_as_given(limits), cycles, method)
+    run = limited_work(MOST_WORK)(run_of)(limits, case_as_given(limits), cycles, method)
     _ = run.simulation.settled.history  # followed in this thread, and kept
     return run

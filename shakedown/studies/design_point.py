@@ -116,56 +116,45 @@ def with_parameter(problem: Problem, name: str, value: float) -> Problem:
 
 
 def _changed(problem: Problem, name: str, value: float) -> Problem:
-    loop = loading(problem)
+    loop, f = loading(problem), problem.f
     match name:
         case "f":
-            return _with_friction(problem, value)
+            if (f != f[0]).any():
+                raise UsageError(
+                    "parameter f: expected the same friction coefficient at every node, found "
+                    f"{f.min():g} to {f.max():g}; 'friction' is a factor on all of them"
+                )
+            return replace(problem, f=np.full(problem.n, value))
         case "friction":
-            return replace(problem, f=value * problem.f)
+            return _scaled(problem, f=value)
         case "amplitude":
             scaled = Loading(loop.q0, loop.p0, value * loop.q1, value * loop.p1)
-            known = _scaled(problem, value, "load_amplitude")
+            known = _scaled(problem, load_amplitude=value)
             return _loaded(known, scaled, scaled_units(problem, amplitude=value))
         case "mean":
             scaled = Loading(value * loop.q0, value * loop.p0, loop.q1, loop.p1)
-            known = _scaled(problem, value, "load_mean", "q_transient", "p_transient")
+            known = _scaled(problem, load_mean=value, q_transient=value, p_transient=value)
             return _loaded(known, scaled, scaled_units(problem, mean=value))
         case "phase":
             return _shifted(problem, value)
         case "coupling":
-            return replace(problem, B=value * problem.B, load_frequency=None)
-    C = None if problem.C is None else value * problem.C
-    loads = _of_stiffer(problem, value) if value > 0 else NO_LOADS
-    return replace(problem, A=value * problem.A, B=value * problem.B, C=C, **loads)
+            return _scaled(replace(problem, load_frequency=None), B=value)
+    if not value > 0:
+        return _scaled(replace(problem, **NO_LOADS), A=value, B=value, C=value)
+    loads = {"load_compliance": 1.0 / value, "load_frequency": np.sqrt(value)}
+    return _scaled(problem, A=value, B=value, C=value, **loads)
 
 
-def _of_stiffer(problem: Problem, value: float) -> dict[str, Any]:
-    """Stiffness-dependent fields where the whole structure is stiffer by a factor."""
-    factors = {"load_compliance": 1.0 / value, "load_frequency": np.sqrt(value)}
-    known = {key: (factor, getattr(problem, key)) for key, factor in factors.items()}
-    return {key: factor * given for key, (factor, given) in known.items() if given is not None}
-
-
-def _with_friction(problem: Problem, value: float) -> Problem:
-    f = problem.f
-    if (f != f[0]).any():
-        raise UsageError(
-            f"parameter f: expected the same friction coefficient at every node, found {f.min():g} to "
-            f"{f.max():g}; 'friction' is a factor on all of them"
-        )
-    return replace(problem, f=np.full(problem.n, value))
+def _scaled(problem: Problem, **factors: float) -> Problem:
+    """The joint with some of its arrays scaled, those that it has."""
+    known = {key: getattr(problem, key) for key in factors}
+    return replace(problem, **{key: factors[key] * x for key, x in known.items() if x is not None})
 
 
 def _loaded(problem: Problem, loop: Loading, loads: dict[str, Any]) -> Problem:
     """The joint under another loop, with an explicit constant part so that no sample mean replaces it."""
     q_w, p_w = loop.q0 + loop.q1, loop.p0 + loop.p1
     return replace(problem, q_w=q_w, p_w=p_w, q_mean=loop.q0, p_mean=loop.p0, **loads)
-
-
-def _scaled(problem: Problem, value: float, *keys: str) -> Problem:
-    """The joint with some of its arrays scaled, those that it has."""
-    there = [key for key in keys if getattr(problem, key) is not None]
-    return replace(problem, **{key: value * getattr(problem, key) for key in there})
 
 
 def _shifted(problem: Problem, phase: float) -> Problem:
