@@ -14,7 +14,7 @@ from shakedown.bounds.energy.energy_bound import energy_bound
 from shakedown.files.atomic_write import write_table
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.constants import CYCLES, NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS, FloatArray
-from shakedown.ground.errors import UsageError, allowed, present
+from shakedown.ground.errors import UsageError, allowed
 from shakedown.ground.shown_values import plain, short, shortened, with_unit
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.work_limit import OPEN, Outcome
@@ -136,8 +136,8 @@ class DampingCurve(Result):
     slides_away: NDArray[np.bool_]
     slipping_share: FloatArray
     load_frequency: float
-    proved_limit: float
-    simulated_limit: float
+    proved_limit: float = nan
+    simulated_limit: float = nan
     from_zero: "DampingCurve | None" = None
 
     @property
@@ -203,17 +203,16 @@ class DampingCurve(Result):
         UsageError
             If the file cannot be written, or its name ends in neither.
         """
-        columns = {word: plain(getattr(self, word)) for word in self.TABLE.split()}
+        columns = self.columns()
         if self.from_zero is not None:
             columns |= {
-                "dissipation_from_start": plain(self.from_zero.dissipation),
-                "displacement_from_start": plain(self.from_zero.displacement),
-                "differs": plain(self.differs),
+                "dissipation_from_start": self.from_zero.dissipation,
+                "displacement_from_start": self.from_zero.displacement,
+                "differs": self.differs,
             }
         units = self.units if self.unit.load else {}
         of = {word: units.get(word.removesuffix("_from_start"), "") for word in columns}
-        filled = {word: [np.nan if x is None else x for x in column] for word, column in columns.items()}
-        write_table(path, {with_unit(word, of[word]): column for word, column in filled.items()})
+        write_table(path, {with_unit(word, of[word]): column for word, column in columns.items()})
 
 
 @checked
@@ -293,11 +292,10 @@ def damping(
 
     rising, other = [done(point) for point in loaded.rising(values)], None
     if from_zero:
-        other = _curve(
-            loaded, values, [done(loaded.point(amplitude, start, opened)) for amplitude in values.tolist()]
-        )
+        again = [done(loaded.point(amplitude, start, opened)) for amplitude in values.tolist()]
+        other = _curve(loaded, values, again)
     limits = _limits(loaded, values, rising, "auto" if isinstance(open_nodes, str) else opened)
-    return _curve(loaded, values, rising, *limits, from_zero=other)
+    return _curve(loaded, values, rising, **limits, from_zero=other)
 
 
 @dataclass(frozen=True)
@@ -405,18 +403,13 @@ def _checked_nodes(problem: Problem, nodes: Iterable[int] | Literal["auto"]) -> 
     return ()
 
 
-def _curve(
-    loaded: _LoadedJoint,
-    values: FloatArray,
-    points: list[_Point],
-    proved_limit: float = nan,
-    simulated_limit: float = nan,
-    from_zero: DampingCurve | None = None,
-) -> DampingCurve:
+def _curve(loaded: _LoadedJoint, values: FloatArray, points: list[_Point], **limits: Any) -> DampingCurve:
+    """The columns of some points, with limits and what else is known."""
     problem, load = loaded.problem, loaded.load
     history, unit = require_loads(problem)[1], load_units(problem)[load]
     names, frequency = problem.load_names or (), problem.load_frequency
     words = "displacement dissipation proved slides_away slipping_share"
+    columns = limits | {word: np.array([getattr(each, word) for each in points]) for word in words.split()}
     return DampingCurve(
         problem=problem,
         load=load,
@@ -426,39 +419,29 @@ def _curve(
         force=0.5 * np.ptp(history[:, load]) * abs(unit.size) * values,
         outcome=tuple(point.outcome for point in points),
         load_frequency=nan if frequency is None else float(frequency[load]),
-        proved_limit=proved_limit,
-        simulated_limit=simulated_limit,
-        from_zero=from_zero,
-        **{word: np.array([getattr(point, word) for point in points]) for word in words.split()},
+        **columns,
     )
 
 
 def _limits(
-    loaded: _LoadedJoint,
-    values: FloatArray,
-    rising: list[_Point],
-    zone: Iterable[int] | Literal["auto"],
-) -> tuple[float, float]:
-    """λ_E and λ_T as amplitudes; NaN where they do not exist or are not found."""
-    joint, tolerances = loaded.alone, loaded.tolerances
+    loaded: _LoadedJoint, values: FloatArray, rising: list[_Point], zone: Iterable[int] | Literal["auto"]
+) -> dict[str, float]:
+    """λ_E and λ_T as amplitudes, where they exist and are found."""
+    joint, tolerances, limits = loaded.alone, loaded.tolerances, dict[str, float]()
     if joint is None:
-        return nan, nan
-    proved = present(allowed(energy_bound, joint, loaded.start, open_nodes=zone, tolerances=tolerances))
-    known = float(proved.load_factor) if proved is not None and proved.load_factor > 0 else nan
+        return limits
+    proved = allowed(energy_bound, joint, loaded.start, open_nodes=zone, tolerances=tolerances)
+    if proved and proved.load_factor > 0:
+        limits["proved_limit"] = float(proved.load_factor)
     damped = [a for a, point in zip(values, rising, strict=True) if point.outcome != Outcome.SHAKEDOWN]
-    if not damped or damped[0] == 0:
-        return known, nan if damped else inf
-    found = allowed(
-        transient_limit,
-        joint,
-        loaded.start,
-        open_nodes=loaded.open_nodes,
-        largest=float(damped[0]),
-        steps=2,  # load factors between 0 and the first amplitude that damps
-        accuracy=THREE_DIGITS,
-        tolerances=tolerances,
-    )
-    return known, found.load_factor if found else nan
+    if not damped:
+        return limits | {"simulated_limit": inf}
+    scan: dict[str, Any] = {"largest": float(damped[0]), "steps": 2, "accuracy": THREE_DIGITS}
+    if damped[0] > 0:  # two steps between 0 and the first amplitude that damps
+        scan |= {"open_nodes": loaded.open_nodes, "tolerances": tolerances}
+        found = allowed(transient_limit, joint, loaded.start, **scan)
+        limits["simulated_limit"] = found.load_factor if found else nan
+    return limits
 
 
 def _alone_varying(problem: Problem, load: int) -> Problem | None:
