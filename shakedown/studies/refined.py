@@ -42,7 +42,6 @@ LIMITS = (
     "averaged_impossible_above",
 )
 COLUMNS = (*LIMITS, "work", "largest_slip", "slip_limit")
-SAME = ("load_factor", "radius", "slip_below")  # settings common to all meshes
 
 
 class Tendency(StrEnum):
@@ -171,7 +170,7 @@ class Refinement(Result):
 
     def table(self) -> dict[str, NDArray[Any]]:
         """The columns by name, one row per mesh; what all meshes have in common is said of each."""
-        same = {name: getattr(self, name) for name in SAME}
+        same = {name: getattr(self, name) for name in self.DOCUMENT.split()}
         return {
             "size": self.size,
             "nodes": self.nodes,
