@@ -156,8 +156,7 @@ def _fields(text: str) -> list[str]:
 
 def _point(fields: list[str], where: str) -> FloatArray:
     """Three numbers, those that are blank or missing 0."""
-    found = [number(text, where) if text else 0.0 for text in fields[:3]]
-    return np.array([*found, 0.0, 0.0, 0.0][:3])
+    return np.array([*(number(text, where) if text else 0.0 for text in fields[:3]), 0.0, 0.0, 0.0][:3])
 
 
 class _Deck:
@@ -287,19 +286,17 @@ class _Deck:
     def _shift(self) -> tuple[FloatArray, set[int]]:
         """What moves the part's nodes, and the places of the cards inside of the part and its instance."""
         shift, inside, within = np.zeros(3), set[int](), False
-        for keyword in ("PART", "INSTANCE"):
-            if len(self.of(keyword)) > 1:
-                raise ProblemError(
-                    f"{self.name}: expected one part instance, found several, whose labels are not those of "
-                    "the matrix; write a flat deck (*PREPRINT, or no parts and assemblies)"
-                )
+        if max(len(self.of("PART")), len(self.of("INSTANCE"))) > 1:
+            raise ProblemError(
+                f"{self.name}: expected one part instance, found several, whose labels are not those of "
+                "the matrix; write a flat deck (*PREPRINT, or no parts and assemblies)"
+            )
         for k, card in enumerate(self.cards):
             within = card.keyword in ("PART", "INSTANCE") or (within and not card.keyword.startswith("END "))
             if within:
                 inside.add(k)
-            if card.keyword in ("PART", "INSTANCE") and len(card.data) > 1:
-                where = card.data[1][0]
-                raise unfit(where, "an instance that is moved only", "it turned")
+            if card.keyword in ("PART", "INSTANCE") and any([*chain(*(own for _, own in card.data))][3:]):
+                raise unfit(card.data[-1][0], "an instance that is moved only", "it turned")
             if card.keyword == "INSTANCE" and card.data:
                 shift = _point(card.data[0][1], card.data[0][0])
         return shift, inside
@@ -329,8 +326,7 @@ class _Deck:
                 made[k].append(label)
                 read = []
             if read and shape:
-                where = card.data[-1][0]
-                raise unfit(where, f"{count} nodes of an element", len(read) - 1)
+                raise unfit(card.data[-1][0], f"{count} nodes of an element", len(read) - 1)
         return elements, made
 
     def _surfaces(
@@ -384,8 +380,7 @@ class _Deck:
         """The code that the last keyword for a matrix belongs to; SOLVER is one of *FREQUENCY or *STATIC."""
         writers = {"MATRIX GENERATE": ABAQUS, "MATRIX OUTPUT": ABAQUS}
         asked = [card for card in self.cards if card.keyword in writers or card.name("SOLVER") == _STORAGE]
-        by = [writers.get(card.keyword, CALCULIX) for card in asked]
-        return by[-1] if by else ""
+        return next((writers.get(card.keyword, CALCULIX) for card in reversed(asked)), "")
 
     @staticmethod
     def _young(card: Card) -> float:
@@ -438,10 +433,10 @@ def resolved(lists: Mapping[str, list[_Members]], known: Labels, others: Sets | 
                 members += _generated(fields, known, where)
                 continue
             for text in fields:
-                own = text.split(".")[-1]  # 'instance.label'
+                instance, _, own = text.rpartition(".")
                 if text.upper() in found and not _is_label(text, there):
                     members += found[text.upper()].tolist()
-                elif not own.isdigit():
+                elif instance.isdigit() or not own.isdigit():  # 1.5 is no label
                     raise unfit(where, f"labels or earlier sets as members of {quoted(name)}", quoted(text))
                 elif (label := integers([own], where)[0]) not in there:
                     raise unfit(where, f"a member of {quoted(name)}", f"{label}, which is none")

@@ -179,6 +179,12 @@ def test_equations_say_what_is_relative(tmp_path):
         ("5, 6, 7, 8\n*ELEMENT", "5, 6, 7\n*ELEMENT", "expected 8 nodes of an element, found 7"),
         ("*END INSTANCE", "*INSTANCE, NAME=Q\n*END INSTANCE", "expected one part instance"),
         ("10., 0., 0.\n*NODE", "10., 0., 0.\n0., 0., 0., 1., 0., 0., 90.\n*NODE", "found it turned"),
+        ("10., 0., 0.\n*NODE", "10., 0., 0., 0., 0., 1., 90.\n*NODE", "found it turned"),
+        (
+            "base, 9, 10",
+            "base, 1.0009",
+            "expected labels or earlier sets as members of 'ENDS', found '1.0009'",
+        ),
         ("*HEADING", "*INCLUDE, INPUT=none.inp", "none.inp: no such file"),
         ("*HEADING", "*INCLUDE, INPUT=job.inp", "at most 8 deep"),
         ("base, 9, 10", "later, 9", "expected labels or earlier sets as members of 'ENDS', found 'later'"),
