@@ -64,7 +64,9 @@ def tangent_pairs(normals: FloatArray, tangent: ArrayLike | None = None) -> Floa
             f"{towards[j].tolist()} at node {j}"
         )
     pairs = _completed(normals, towards)
-    return pairs if given.ndim < 3 else _sided(pairs, given[:, 1])
+    if given.ndim == 3:  # t₂ on the side of given second tangents
+        pairs[:, 1] *= np.where((pairs[:, 1] * given[:, 1]).sum(axis=1) < 0, -1.0, 1.0)[:, None]
+    return pairs
 
 
 def patch_positions(places: FloatArray, normals: FloatArray, tangent: ArrayLike | None = None) -> FloatArray:
@@ -113,12 +115,6 @@ def _completed(normals: FloatArray, towards: FloatArray) -> FloatArray:
     first -= (first * normals).sum(axis=1)[:, None] * normals  # what round-off has left
     first /= np.linalg.norm(first, axis=1)[:, None]
     return np.stack([first, np.cross(normals, first)], axis=1) + 0.0  # no -0.0
-
-
-def _sided(pairs: FloatArray, second: FloatArray) -> FloatArray:
-    """The pairs with t₂ on the side of given second tangents."""
-    pairs[:, 1] *= np.where((pairs[:, 1] * second).sum(axis=1) < 0, -1.0, 1.0)[:, None]
-    return pairs
 
 
 IntArray = NDArray[np.intp]
@@ -391,17 +387,20 @@ def with_guides(
     Raises
     ------
     ProblemError
-        If a contact node of the first body is held in any other way.
+        If a contact node of the first body is held in any other way, or along a tangent in which those of
+        the second are free and slip on it.
     """
     first = held[frame.rows]
     across = np.abs(frame.normals) <= DEFAULT.symmetry
-    blocked = np.any(first & ~across, axis=1) | np.all(first, axis=1)
+    follow = abs(frame.followed)
+    alone = ((follow.sum(axis=1) > 0) & (follow @ held == 0)).reshape(first.shape)  # the other body is free
+    blocked = np.any(first & (~across | alone), axis=1) | np.all(first, axis=1)
     if blocked.any():
         j = int(np.argmax(blocked))
         node, direction = table[frame.rows[j, int(np.argmax(first[j]))]]
         raise ProblemError(
             f"contact: expected free contact nodes, found direction {direction} of node {node} held "
-            "(release the contact nodes in the model before the matrix is written)"
+            "(release the contact nodes in the model; on a plane of symmetry hold those of both bodies)"
         )
     if frame.directions > 1:
         frame = replace(frame, tangents=guided_pairs(frame.normals, frame.tangents, first))

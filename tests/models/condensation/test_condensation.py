@@ -235,6 +235,17 @@ def test_a_node_on_a_plane_of_symmetry_keeps_its_slip():
     assert "plane of symmetry" in found.notes[0]
 
 
+def test_a_pair_on_a_plane_of_symmetry_is_held_on_both_sides():
+    """Else the second body slips on the first without friction, and no slip says so."""
+    K = np.diag(np.full(8, 8.0)) - 1.0
+    rows = [(node, direction) for node in (1, 2, 11, 12) for direction in (1, 2)]
+    pairs = [(1, 11), (2, 12)]
+    with pytest.raises(ProblemError, match=r"found direction 1 of node 1 held .*those of both bodies"):
+        condensed_stiffness(K + np.eye(8), rows, pairs, [0, 1], fixed=[0])
+    found = condensed_stiffness(K + np.eye(8), rows, pairs, [0, 1], fixed=[0, 4])
+    np.testing.assert_array_equal(found.A[0, 1:], 0.0)
+
+
 @pytest.mark.parametrize("tangent", [None, [1.0, 1.0, 0.0]])
 def test_slips_across_planes_of_symmetry_stay_zero(tangent):
     """Node 0 is held along x, node 10 along x and y: their pairs lead along what is held."""
