@@ -144,14 +144,18 @@ def mesh_with_groups(
     Raises
     ------
     ProblemError
-        If a cell or a group has nodes that are none.
+        If a cell or a group has nodes that are none, or names of groups differ in their case alone.
     """
+    names = sorted({*groups, *node_groups})
+    spelled = {key.upper(): key for key in names}
+    if alike := set(names).difference(spelled.values()):
+        raise unfit("groups", "names unlike in any case", quoted(min(alike)))
     named = {key.upper(): np.asarray(own, dtype=np.intp) for key, own in node_groups.items()}
     mesh.at(np.array(list({*chain(*(nodes for _, nodes in cells.values()), *named.values())}), dtype=np.intp))
     solid = any(shape in SOLIDS for shape, _ in cells.values())
     elements = {label: cell for label, cell in cells.items() if cell[0] in (SOLIDS if solid else _PLANE)}
     mesh.node_sets.update(named)
-    mesh = replace(mesh, elements=elements, spelled={key.upper(): key for key in (*groups, *node_groups)})
+    mesh = replace(mesh, elements=elements, spelled=spelled)
     corners = {
         label: frozenset(nodes[: _SIDES[shape]])
         for label, (shape, nodes) in cells.items()

@@ -49,6 +49,17 @@ def grouped(path):
     return path
 
 
+def test_groups_that_differ_in_their_case_alone_are_refused(tmp_path):
+    """Sets are called in any case: one of the two would stand for both."""
+    blocks = [("hexahedron", hexahedra())]
+    points = {"ends": np.array([0]), "Ends": np.array([1])}
+    meshlane.Mesh(BRICK.p.T, blocks, point_sets=points).write(tmp_path / "brick.med")
+    with pytest.raises(
+        ProblemError, match=r"brick.med.*groups: expected names unlike in any case, found 'Ends'"
+    ):
+        read_any_mesh(tmp_path / "brick.med")
+
+
 @pytest.mark.parametrize("suffix", ["med", "msh", "vtu"])
 def test_groups_are_sets_surfaces_and_boundaries(tmp_path, suffix):
     """Whatever the file is called."""
