@@ -336,9 +336,10 @@ def announced(plan: FrontElimination, announce: Callable[[str], None] | None) ->
     kept = len(plan.order) - plan.count
     needed = plan.memory + MATRICES * BYTES * float(kept) ** 2
     seconds = plan.operations / speed()
+    duration = f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} minutes"
     what = (
         f"condensing {plan.count} rows to {kept // 3} contact nodes takes about {needed / 2**30:.2g} GiB of "
-        f"memory and {_duration(seconds)}"
+        f"memory and {duration}"
     )
     there = memory()
     if needed > LARGEST * there:
@@ -358,10 +359,6 @@ def speed() -> float:
         dsyrk(1.0, a)
         fastest = min(fastest, time.perf_counter() - begin)
     return float(0.5 * SAMPLE**3 / max(fastest, 1e-6))
-
-
-def _duration(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} minutes"
 
 
 _COLUMNS = 64  # right-hand sides solved at a time, which limits the dense workspace to 64 vectors

@@ -134,10 +134,11 @@ def bolt_notes(
 
     ``pulls`` has a row for every bolt, a column for every load.
     """
+    round_off = [NEGLIGIBLE * np.abs(load.reactions).sum() for load in welded]
     for own, (bolt, added_by) in enumerate(zip(bolts, pulls, strict=True), len(names) - len(bolts)):
         added = [
-            f"{quoted(name)} adds {few(_without_round_off(pull, load), 3)}"
-            for k, (name, load, pull) in enumerate(zip(names, welded, added_by.tolist(), strict=True))
+            f"{quoted(name)} adds {few(pull if abs(pull) > least else 0.0, 3)}"
+            for k, (name, least, pull) in enumerate(zip(names, round_off, added_by.tolist(), strict=True))
             if k != own and not np.isnan(pull)
         ]
         yield (
@@ -185,11 +186,6 @@ def _way(bolt: BoltSection) -> str:
     if bolt.along is None:
         return ""
     return f" along ({', '.join(few(part, 3) for part in np.round(bolt.along, 3) + 0.0)})"
-
-
-def _without_round_off(pull: float, load: WeldedCase) -> float:
-    """A force; 0 where it is round-off beside what the contact carries."""
-    return pull if abs(pull) > NEGLIGIBLE * np.abs(load.reactions).sum() else 0.0
 
 
 def _row(section: int, where: str, context: ImportContext) -> NDArray[np.intp]:

@@ -464,10 +464,8 @@ def _reduced(
     with found_in(asked.where):
         bolt_section.check_held(bolts, held, stiffness.dofs)
         shanks = [(bolt.stiffness, bolt.unit.force) for bolt in bolts if bolt.unit.force is not None]
-        pulled = replace(stiffness, K=with_shanks(stiffness.K, shanks))
-        rigid = model_evidence.rigid_motions_of_bodies(pulled, marks, mesh) if stiffness.accuracy else None
         condensed = condensed_stiffness(
-            pulled.K,
+            with_shanks(stiffness.K, shanks),
             stiffness.dofs,
             contact.labels,
             contact.normals,
@@ -479,7 +477,7 @@ def _reduced(
             coupling=contact.coupling,
             middle_nodes=contact.middle_nodes,
             places=mesh.places,
-            rigid=rigid,
+            rigid=model_evidence.rigid_motions_of_bodies(stiffness, marks, mesh, shanks),
             announce=announce,
         )
     difference = load_section.static_run(asked.check, condensed, context, asked.stiffness_file)

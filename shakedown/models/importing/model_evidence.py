@@ -435,16 +435,23 @@ def places_of_rows(stiffness: Stiffness, mesh: Mesh) -> Mapping[int, Sequence[fl
     return mesh.places if mesh.places.keys() >= set(labels.tolist()) else None
 
 
-def rigid_motions_of_bodies(stiffness: Stiffness, held: NDArray[np.bool_], mesh: Mesh) -> FloatArray:
-    """The rigid motions of every body that nothing but the contact resists, (N, k), up to printed digits."""
+def rigid_motions_of_bodies(
+    stiffness: Stiffness, held: NDArray[np.bool_], mesh: Mesh, shanks: Sequence[tuple[float, FloatArray]]
+) -> FloatArray:
+    """The rigid motions of bodies that nothing but the contact resists, (N, k), up to few printed digits.
+
+    Shanks of bolts, each with its stiffness and e of its shortening e · u, (N,), keep their length.
+    """
     part, places = stiffness.parts, places_of_rows(stiffness, mesh)
     found = [np.zeros((len(part), 0))]
-    for own in np.unique(part[part >= 0]):
+    for own in np.unique(part[part >= 0]) if stiffness.accuracy else ():
         rows = np.flatnonzero(part == own)
         motions = free_motions(stiffness, rows, held, places, axial=mesh.axisymmetric)
         found.append(np.zeros((len(part), motions.shape[1])))
         found[-1][rows] = motions
-    return np.hstack(found)
+    motions, tight = np.hstack(found), [own for stiff, own in shanks if stiff]
+    _, size, ways = np.linalg.svd(np.reshape(tight, (-1, len(part))) @ motions)
+    return motions @ ways[np.count_nonzero(size > NEGLIGIBLE) :].T
 
 
 def free_motions(
