@@ -2,7 +2,8 @@
 
 Reading order: ``program`` (statement, numbers near 1, solution with residuals; scaling by powers of two),
 ``simplex`` (HiGHS, held for many solves; the rows that meet, by interior points; the point with the most
-slack), ``conic`` (Clarabel, cvxpy), ``cone_rays`` (how far a cone reaches), ``polygon`` (corners in the plane).
+slack), ``conic`` (Clarabel, cvxpy), ``cone_rays`` (how far a cone reaches), ``polygon`` (corners in the
+plane).
 
 Without round-off, through FLINT: ``exact_program`` (polish of a vertex, systems of integers, optimality of a
 basis).
