@@ -108,8 +108,8 @@ def appendix_a() -> list[Entry]:
     critical = shakedown.friction_thresholds(shakedown.example("one-node-cyclic")).single_node
     sign = "F = −(q_w, p_w); A, B, C = k₁₁, k₂₁, k₂₂"
     return [
-        entry("(A.1), (A.2)", f"the model; {sign}", "shakedown.Problem shakedown.motion.course.reactions"),
-        entry("(A.3), (A.4)", "conditions of stick and separation", "shakedown.motion.course.law_violation"),
+        entry("(A.1), (A.2)", f"the model; {sign}", "shakedown.Problem shakedown.motion.checked_law.reactions"),
+        entry("(A.3), (A.4)", "conditions of stick and separation", "shakedown.motion.checked_law.law_violation"),
         entry("(A.7), (A.9)", "slip of one node", "shakedown.motion.evolution"),
         entry("(A.10), (A.11)", "jump to separation above the critical friction", "shakedown.motion.viscous_jump.Jump"),
         entry(

@@ -19,7 +19,7 @@ def chapter_2() -> list[Entry]:
         entry(
             "(2.10), (2.11)",
             "the discrete system",
-            "shakedown.Problem shakedown.motion.course.reactions",
+            "shakedown.Problem shakedown.motion.checked_law.reactions",
         ),
         entry(
             "(2.15), fig. 2.2",
@@ -121,7 +121,7 @@ def _definitions() -> list[Entry]:
     return [
         entry(
             "(5.3)–(5.7)", "extremal constraints in slip and load factor",
-            "shakedown.joint.constraints shakedown.joint.constraints",
+            "shakedown.joint.constraints",
         ),
         entry(
             "figs 5.1–5.3", "extreme points of the reaction loop", "shakedown.joint.constraints",
