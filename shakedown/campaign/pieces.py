@@ -1,6 +1,5 @@
 """Many pieces of work: here, on processes or a cluster, each kept in a file as soon as it is done."""
 
-import asyncio
 import json
 import logging
 import multiprocessing
@@ -140,6 +139,8 @@ def versions() -> dict[str, str]:
 
 def _connected(address: str) -> Any:
     """A client of the scheduler, with at least one worker behind it."""
+    import asyncio  # needed of a cluster alone
+
     from distributed import Client
 
     tried = "scheduler: trying to reach %s and its workers"
