@@ -55,8 +55,7 @@ def load_factor_scale(marks: Mapping[str, float], *, bands: Bands = None, ax: Ax
     known = [(value, f"{name} = {few(value, DIGITS)}") for name, value in marks.items() if np.isfinite(value)]
     axes = axes_for(ax, (9.0, 1.6))
     texts = sorted([*known, (1.0, nominal)])
-    # width of one letter on the scale of load factors, in points
-    # smallest width of the axes, as a fraction of the picture
+    # a letter of 5 points, on axes that take at least 0.8 of the width of the picture
     letter = 5.0 / (0.8 * axes.figure.bbox.width * 72 / axes.figure.dpi)  # relative to the scale
     top = max(value / (1.0 - letter * len(text)) for value, text in texts)
     levels = _levels([(value, value + letter * len(text) * top) for value, text in texts])

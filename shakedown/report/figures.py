@@ -101,7 +101,7 @@ def limit_pictures(v: Verification) -> list[Picture]:
     known = [each for each in found if each.ranked().size]
     pictures = []
     if known:
-        caption = notes.CHANGES + f" {notes.HOLLOW}" * any(not each.smooth for each in known)
+        caption = notes.CHANGES + f" {notes.KINKS}" * any(not each.smooth for each in known)
         panels = [Drawing(partial(plot.sensitivity, each, v.problem), each.symbol) for each in known]
         pictures.append(picture(caption, *panels, one_legend=True))
     if v.slip_limit is not None:

@@ -79,7 +79,7 @@ SLIP_PER_CYCLE = (
 )
 SLIP_SPACE = "Slip space: the limits of both nodes, the safe region, and the paths (○ start, ■ end)."
 CHANGES = "Change of a limit [%] with 1 % more friction, constant load or load amplitude at one node."
-HOLLOW = "Hollow: with 1 % less, its sign turned, where that differs."
+KINKS = "No bar: the limit has a kink there, and no derivative."
 SLIP_OVER_LOAD = (
     "Largest slip range of a node in the long run. Dotted: slips grow for ever or contact is lost."
 )
