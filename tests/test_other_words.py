@@ -216,7 +216,7 @@ QUESTIONS = [
 ]
 
 
-def same(one: Said, other: Said, law: str) -> None:
+def same(one: Said, other: Said, law: str, accuracy: float) -> None:
     assert (other.words, other.nodes) == (one.words, one.nodes)
     for field in ("numbers", "of_nodes", "slips", "lengths", "works", "energies", "radii"):
         for expected, found in zip(getattr(one, field), getattr(other, field), strict=True):
@@ -224,7 +224,7 @@ def same(one: Said, other: Said, law: str) -> None:
                 np.testing.assert_array_equal(np.nan_to_num(found), np.nan_to_num(expected))
             else:
                 size = np.abs(np.nan_to_num(expected, posinf=0.0)).max(initial=0.0)
-                np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-6 * size)
+                np.testing.assert_allclose(found, expected, rtol=accuracy, atol=accuracy * size)
 
 
 @pytest.mark.parametrize(
@@ -233,4 +233,5 @@ def same(one: Said, other: Said, law: str) -> None:
 def test_a_joint_in_other_words_has_the_same_answers(ask, name, law):
     problem = (PLANE | SPACE)[name]
     there = Translated(problem, law, seed=len(name))
-    same(there.of(ask(problem)), ask(there.problem), law)
+    # in space paths and arcs are known to an accuracy
+    same(there.of(ask(problem)), ask(there.problem), law, accuracy=1e-11 if name in PLANE else 1e-8)

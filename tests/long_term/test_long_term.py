@@ -56,7 +56,8 @@ def test_a_floating_body_ratchets(put):
     slips = plain(problem, 1.0, None, 50)
     assert state.outcome == "ratchetting"
     assert state.drift == pytest.approx(slips[-1] - slips[-2], rel=1e-6)
-    assert np.ptp(state.drift[:: problem.directions]) == pytest.approx(0.0, abs=1e-9)
+    accuracy = 1e-12 if problem.directions == 1 else 1e-9
+    assert np.ptp(state.drift[:: problem.directions]) == pytest.approx(0.0, abs=accuracy)
     assert np.abs(state.drift[:: problem.directions]) == pytest.approx(0.8)
 
 
