@@ -11,8 +11,8 @@ Where a verdict is said, "for ever" included: in the plane by ``plane.phase_loop
 period that has come back to where it began; whether a drift lasts is decided before it, by
 ``limit_search.LimitSearch._give_limit`` and ``plane.phase_loop.begin_leaps``. In space by ``SteadySearch``
 in ``space.steady_search``: ``_at_rest``, ``_repeats``, ``_approaches``, ``_slips_for_ever``. At fixed steps
-by ``simulation.recorded_verdict``. Whatever a search from event to event has found, ``space.proved_verdict``
-has the last word, in the plane, too: proofs of rest, and of slip in every cycle.
+by ``simulation.recorded_verdict``. Whatever a search from event to event has found, in the plane, too,
+``space.steady_search.overruled_by_proofs`` has the last word: proofs of rest, and of slip in every cycle.
 
 What a period does to each node: ``node_table`` (the answer, and its files), ``node_results`` (how it follows
 from the path; the state at instants, as files). Whether its slip stays small is asked by ``simulation``.

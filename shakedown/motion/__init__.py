@@ -12,7 +12,7 @@ Between two events, call by call:
 
 1. ``evolution.Evolution`` calls ``follow`` of its method, again after every full record and every jump:
    ``plane.plane_events.PlaneEvents`` or ``space.space_events.SpaceEvents``, with the same functions.
-2. In the plane ``plane.event_loop.follow_straight``: rates by ``rate_problem`` at the event, then straight to
+2. In the plane ``plane.event_loop.follow_straight``: rates by ``solve_rates`` at the event, then straight to
    the next one (``next_event``, ``advance``); load steps without one by ``event_loop.quiet_steps``.
 3. In space ``space.curved_loop.follow_curve``: which nodes move by ``rate_choice``, then steps along the
    curve (``smooth_step.explicit_step``; ``turning_step`` near an apex), each cut at its first event by

@@ -84,7 +84,7 @@ def margin(run: SpaceRun, kind: int, at_start: float) -> float:
 
 @inner
 def first_event(run: SpaceRun, h: float) -> float:
-    """The time of the first event, as a share of the step, or NEVER; sets ``event_node`` and ``kind``."""
+    """The time of the first event, as a share of the step, or NEVER; sets ``node`` and ``kind``."""
     mo, rates, sp, st = run.motion, run.rates, run.slipping, run.step
     n, first = st.n, NEVER
     find_curve(sp, st, h)
