@@ -374,6 +374,11 @@ class Piece(NamedTuple):
     columns: dict[str, NDArray[Any]]
 
 
+def one_row(**columns: Any) -> dict[str, NDArray[Any]]:
+    """The columns of a record of one row, which concerns no node."""
+    return {name: np.array(value)[None] for name, value in {"node": -1, **columns}.items()}
+
+
 class EventMethod(ABC):
     """The moving state of a joint, and the runs of compiled loops that carry it along courses.
 

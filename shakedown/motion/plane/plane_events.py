@@ -11,7 +11,7 @@ from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import Scales
 from shakedown.motion.course import EFFORT, LOAD_STEP, NO_RATES, Course, Precision
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.method import EventMethod, Piece, State, loads_at
+from shakedown.motion.method import EventMethod, Piece, State, loads_at, one_row
 from shakedown.motion.plane.active_set import active_set, factorize, rates
 from shakedown.motion.plane.event_loop import enumerate_states, follow_straight
 from shakedown.motion.plane.moving_state import (
@@ -92,15 +92,7 @@ class PlaneEvents(EventMethod):
 
     def present(self, done: int, reaction: FloatArray) -> Piece:
         """The present state, between two cycles."""
-        what = {
-            "time": -1.0,
-            "kind": LOAD_STEP,
-            "node": -1,
-            "u": self.u,
-            "r": reaction,
-            "state": self.contact,
-        }
-        columns = {name: np.array(value)[None] for name, value in what.items()}
+        columns = one_row(time=-1.0, kind=LOAD_STEP, u=self.u, r=reaction, state=self.contact)
         return Piece(self.courses[False], done, columns)
 
     def path(self, course: Course, done: NDArray[np.int64], **columns: NDArray[Any]) -> EventHistory:

@@ -30,7 +30,7 @@ from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import Scales, swing
 from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED, TOO_MANY_EVENTS, Course, Precision, course
 from shakedown.motion.event_history import CurvedHistory, EventKind
-from shakedown.motion.method import EventMethod, Piece, State, loads_at
+from shakedown.motion.method import EventMethod, Piece, State, loads_at, one_row
 from shakedown.motion.space.curved_loop import follow_curve
 from shakedown.motion.space.implicit_step import TURNS, ImplicitJoint
 from shakedown.motion.space.space_run import (
@@ -327,7 +327,8 @@ class SpaceEvents(EventMethod):
             curve = np.zeros((DEGREE, problem.layout.size))
             curve[0] = end.u - mo.u
             time = self.run.course.first + mo.step + mo.time
-            self._risen.append(_one_step(time, share, kind, u=mo.u, curve=curve, contact=end.contact))
+            place = {"u": mo.u, "curve": curve, "contact": end.contact}
+            self._risen.append(one_row(time=time, duration=share, kind=kind, **place))
         mo.slip[:] += end.slip
         mo.work[:] += work * end.work
         time = min(mo.time + share, 1.0)
@@ -342,7 +343,8 @@ class SpaceEvents(EventMethod):
     def present(self, done: int, reaction: FloatArray) -> Piece:
         """The present state, between two cycles, as a step of no duration."""
         curve = np.zeros((DEGREE, self.problem.layout.size))
-        step = _one_step(-1.0, 0.0, EventKind.LOAD_STEP, u=self.u, curve=curve, contact=self.contact)
+        place = {"u": self.u, "curve": curve, "contact": self.contact}
+        step = one_row(time=-1.0, duration=0.0, kind=EventKind.LOAD_STEP, **place)
         return Piece(self.courses[False], done, step)
 
     def path(self, course: Course, done: NDArray[np.int64], **columns: NDArray[Any]) -> CurvedHistory:
@@ -375,11 +377,3 @@ class SpaceEvents(EventMethod):
     def resume(self, time: float) -> None:
         """Continue after a jump, from a given share of the load step."""
         resume(self.run, time)
-
-
-def _one_step(
-    time: float, duration: float, kind: EventKind, **place: NDArray[Any]
-) -> dict[str, NDArray[Any]]:
-    """The columns of a record for one step, which concerns no node."""
-    what = {"time": time, "duration": duration, "kind": int(kind), "node": -1} | place
-    return {name: np.array(value)[None] for name, value in what.items()}
