@@ -74,7 +74,7 @@ class Passage:
     @classmethod
     def of(cls, motion: Evolution, open_nodes: tuple[int, ...] = ()) -> "Passage":
         """That of a motion at its start."""
-        start = motion.state.u[motion.problem.layout.slips].copy()
+        start = motion.state.u[motion.problem.layout.slips]
         return cls(motion.problem, motion.load_factor, motion.tolerances, start, open_nodes)
 
     def motion(self) -> Evolution:

@@ -314,8 +314,7 @@ def _at_fixed_steps(motion: FixedSteps, cycles: int, method: str, record: bool) 
     threshold = alone(problem, max(t.steadiness * moving, DISTINCT * t.convergence * scale.force))[
         : problem.n
     ]
-    slips = problem.layout.slips
-    start = motion.state.u[slips].copy()
+    start = motion.state.u[problem.layout.slips]
     verdict = None
     for cycle in cycles_of(motion, cycles, record=record):
         records.append(cycle)
@@ -339,7 +338,7 @@ def _stepped_state(motion: FixedSteps, verdict: Verdict, log: Walk) -> SteppedSt
         initial_slip=motion.start,
         outcome=verdict.outcome,
         reason=verdict.reason,
-        final_slip=motion.state.u[problem.layout.slips].copy(),
+        final_slip=motion.state.u[problem.layout.slips],
         drift=verdict.drift,
         cycles_simulated=len(log.records) + (motion.stop is not None),
         residual=motion.residual,

@@ -114,7 +114,7 @@ class Leaps:
 
     def _leap_by_slopes(self) -> bool:
         """Leap by the slopes of a period; False where no node moves, or too many."""
-        cycles, p, contact = self.cycles, self.period, self.cycles.motion.state.contact
+        cycles, p, contact = self.cycles, self.period, self.cycles.states[-1].contact
         free = self.layout.of_nodes(np.flatnonzero(contact == OPEN))
         places = self.layout.slips_of(np.flatnonzero((cycles.slip(1, p) > 0.0) & (contact != OPEN)))
         if not 0 < len(places) <= self.slopes.MOST_SLIPS:

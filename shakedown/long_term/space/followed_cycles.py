@@ -100,7 +100,7 @@ class FollowedCycles:
             self.jumps += record.jumps
             self.states.append(self.motion.state)
             if not self.leaps:
-                self.passed.append((record, self.motion.state))
+                self.passed.append((record, self.states[-1]))
         return True
 
     def go_to(self, state: State) -> None:

@@ -324,7 +324,7 @@ class SteadySearch:
             initial_slip=begun.start,
             outcome=outcome,
             reason=reason,
-            final_slip=cycles.motion.state.u[self.layout.slips].copy(),
+            final_slip=cycles.motion.state.u[self.layout.slips],
             cycles_simulated=cycles.count,
             slides_away=stop is not None and stop.slides_away,
             events=cycles.events,
