@@ -535,7 +535,6 @@ class SteadySearches:
         motion = self.motion
         if not found.period:
             return []
-        motion.pieces.clear()
         motion.state = found.goal
         motion.enter_cycle(max(found.cycles_simulated - found.period, 1))
         with work_again():
