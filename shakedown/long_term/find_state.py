@@ -35,10 +35,10 @@ from shakedown.long_term.plane.search import Answers
 from shakedown.long_term.space.steady_search import CLEAR, SteadySearches
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.checked_law import scales
+from shakedown.motion.course import HASH_PRIME
 from shakedown.motion.method import State, beginning
 
 ORDER = Outcome.SHAKEDOWN, Outcome.SEPARATION, Outcome.CYCLIC_SLIP, Outcome.RATCHETTING, Outcome.UNDECIDED
-PRIME = 1099511628211  # of hashes
 OF_SLIPS, OF_NODES = ("initial_slip", "final_slip", "drift"), ("slip_per_cycle", "opened")
 SUMS = [
     "friction_dissipation_per_cycle",
@@ -90,7 +90,7 @@ def joined_state(
         contraction=float(np.max([state.contraction for state in states])),
         return_error=float(np.max(missed)) / lengths[0],
         error=float(np.max([state.error for state in states])),
-        signature=reduce(lambda known, state: (known ^ state.signature) * PRIME % 2**64, states, 0),
+        signature=reduce(lambda known, state: (known ^ state.signature) * int(HASH_PRIME) % 2**64, states, 0),
         met=float(np.fmax.reduce([state.met for state in states])),
         begun=replace(worst.begun, problem=problem, start=more["initial_slip"], open_nodes=open_nodes),
         goal=State(u, nodes(lambda state: state.goal.contact)),

@@ -17,11 +17,11 @@ LOAD_STEP, REACHES_BACKWARD_LIMIT, REACHES_FORWARD_LIMIT, OPENS, CLOSES, JUMPS =
 
 
 @inner
-def code_of(states: Integers, n: int) -> Hash:
-    """A hash of contact states (Fowler, Noll and Vo's)."""
+def code_of(states: Integers, first: int, n: int) -> Hash:
+    """A hash of n contact states from this place on (Fowler, Noll and Vo's)."""
     code = np.uint64(14695981039346656037)
     for i in range(n):
-        code = (code ^ np.uint64(states[i] + 2)) * HASH_PRIME
+        code = (code ^ np.uint64(states[first + i] + 2)) * HASH_PRIME
     return code
 
 

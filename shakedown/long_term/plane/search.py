@@ -12,7 +12,7 @@ from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.named_state import Flags, Hash, Integers, NamedState, Reals, inner
 from shakedown.ground.work_limit import OPEN
 from shakedown.long_term.plane.period_map import PeriodMap
-from shakedown.motion.course import JUMPS, Course
+from shakedown.motion.course import HASH_PRIME, JUMPS, Course, code_of
 from shakedown.motion.plane.active_set import ActiveSet, add_product, larger
 from shakedown.motion.plane.event_loop import MOST_FOLLOWED
 from shakedown.motion.plane.moving_state import PlaneRun, Record
@@ -93,13 +93,11 @@ def check_rows(check: PathCheck, act: ActiveSet, rec: Record, course: Course, pa
             at, to = course.path[place * m + j], course.path[(place + 1) * m + j]
             check.r[j] = at + share * (to - at)
             check.change[j] = rec.u[row * m + j]
-        code = np.uint64(14695981039346656037)
         for i in range(n):
-            code = (code ^ np.uint64(rec.state[row * n + i] + 2)) * np.uint64(1099511628211)
             if rec.state[row * n + i] != OPEN:
                 check.always_open[i] = 0
         check_row(check, act, rec.kind[row] == JUMPS)
-        enter_contact(check, begun + steps, course.steps, code)
+        enter_contact(check, begun + steps, course.steps, code_of(rec.state, row * n, n))
 
 
 @inner
@@ -182,9 +180,8 @@ def enter_contact(check: PathCheck, time: float, steps: int, code: np.uint64) ->
 @inner
 def enter_change(check: PathCheck, code: np.uint64) -> None:
     """Count the change from the contact states that lasted before to these."""
-    prime = np.uint64(1099511628211)
-    mixed = (check.last * prime) ^ code
-    check.changes += (mixed ^ (mixed >> np.uint64(32))) * prime
+    mixed = (check.last * HASH_PRIME) ^ code
+    check.changes += (mixed ^ (mixed >> np.uint64(32))) * HASH_PRIME
 
 
 class Answers(NamedTuple):

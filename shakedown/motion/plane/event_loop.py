@@ -212,7 +212,7 @@ def note(act: ActiveSet, mo: PlaneMotion, rec: Record, first: int) -> None:
 @inner
 def sign(act: ActiveSet, mo: PlaneMotion, step: int) -> None:
     """Enter the present states and the load step that they begin in into the signature."""
-    code = code_of(act.state, act.n)
+    code = code_of(act.state, 0, act.n)
     for i in range(act.n):
         if act.state[i] != OPEN:
             mo.closed[i] = 1

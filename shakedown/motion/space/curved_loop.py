@@ -456,7 +456,7 @@ def note(run: SpaceRun, h: float) -> None:
 @inner
 def sign(joint: CompiledJoint, course: Course, mo: SpaceMotion) -> None:
     """Enter the present contact states and the load step that they begin in into the signature."""
-    code = code_of(mo.contact, joint.n)
+    code = code_of(mo.contact, 0, joint.n)
     if code != mo.last_states:
         step = np.uint64(course.first + mo.step + 2)
         mo.signature = ((mo.signature ^ code) * HASH_PRIME ^ step) * HASH_PRIME
