@@ -251,9 +251,8 @@ class CurvedHistory(EventHistory):
 
     @cached_property
     def _refined(self) -> "CurvedHistory":
-        lasts = self.duration > 0
-        row = np.repeat(np.arange(len(self)), np.where(lasts, len(WITHIN), 1))
-        first = np.cumsum(np.where(lasts, len(WITHIN), 1)) - np.where(lasts, len(WITHIN), 1)
+        count = np.where(self.duration > 0, len(WITHIN), 1)
+        row, first = np.repeat(np.arange(len(self)), count), np.cumsum(count) - count
         share = np.array(WITHIN)[np.arange(len(row)) - first[row]]
         return self.within(row, share)
 

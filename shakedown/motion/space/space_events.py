@@ -215,8 +215,7 @@ class SpaceEvents(EventMethod):
         self.scale, self.accuracy = scale, max(t.path * small, ROUND_OFF)
         zero = t.limit * force, t.limit * scale.length, 10.0 * t.rate
         self.lead(first, later, Precision(*zero, settled=near))
-        of_steps = {"force_scale": scale.force, "length_scale": scale.length, "accuracy": self.accuracy}
-        self.run.control.set(**of_steps)
+        self.run.control.set(force_scale=scale.force, length_scale=scale.length, accuracy=self.accuracy)
         self.direction[:] = 0.0
 
     def set_state(self, state: State) -> bool:
@@ -355,11 +354,8 @@ class SpaceEvents(EventMethod):
         (v, w), (q, p), (q_w, p_w) = split(u), split(welded + pressed), split(welded)
         bend, duration, m = self._of_moved(columns["curve"]), columns["duration"], self.problem.m
         bend[:, 0] += duration[:, None] * change
-        what, curves = (
-            (done + time / m, columns["kind"], columns["node"]),
-            (duration / m, columns["curve"], bend),
-        )
-        return CurvedHistory(*what, v, w, q, p, q_w, p_w, columns["contact"], *curves)
+        what, curves = (done + time / m, columns["kind"], columns["node"]), (columns["curve"], bend)
+        return CurvedHistory(*what, v, w, q, p, q_w, p_w, columns["contact"], duration / m, *curves)
 
     def _of_moved(self, changes: FloatArray) -> FloatArray:
         """Reactions to changes of displacements (…, N): of those alone that change in any, mostly few."""
