@@ -122,7 +122,6 @@ class Evolution(Motion):
         return default_damping(self.kappa) if self._damping is None else self._damping
 
     def _set_state(self, state: State) -> None:
-        self.left, self.slides = False, False
         self.held = self.method.set_state(state)
 
     def enter_cycle(self, done: int) -> None:
