@@ -42,11 +42,6 @@ def load_factor_program(rows: Constraints, towards: float, tolerances: Tolerance
     )
 
 
-def reversed_rows(program: Program, chosen: NDArray[np.bool_]) -> Program:
-    """The program with some rows reversed: upper limits become lower limits."""
-    return program.with_signs(np.where(chosen, -1.0, 1.0))
-
-
 def contradiction(rows: Constraints, tolerances: Tolerances) -> Widest:
     """How far the rows exclude every safe slip at any load factor, and the multipliers that show it."""
     matrix = np.column_stack([rows.coefficients, rows.d])

@@ -10,7 +10,7 @@ from math import inf, nan
 
 import numpy as np
 
-from shakedown.bounds.certificate import load_factor_program, reversed_rows
+from shakedown.bounds.certificate import load_factor_program
 from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
 from shakedown.bounds.discs.scaled_solution import scaled_discs
 from shakedown.ground.constants import FloatArray
@@ -177,7 +177,8 @@ def conic_lower_bound(
     most = least.with_signs(cost=-1.0)
     found = [extreme_load_factor(most, solver)]  # λ_max: λ_1 is never larger
     for node in range(problem.n) if nodes is None else node_numbers("nodes", nodes, problem.n):
-        end = extreme_load_factor(reversed_rows(least, rows.limits_of(node)), solver)
+        own_reversed = least.with_signs(np.where(rows.limits_of(node), -1.0, 1.0))
+        end = extreme_load_factor(own_reversed, solver)
         found.append(replace(end, node=node) if end.status != Status.INFEASIBLE else found[0])
         if found[-1].load_factor <= tolerances.feasibility:
             break
