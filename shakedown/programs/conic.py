@@ -15,7 +15,7 @@ from shakedown.ground.constants import CONE, FloatArray
 from shakedown.ground.errors import SolverError, UsageError
 from shakedown.ground.work_limit import Status
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.program import Program, ProgramScales, Sides, Solution, columnwise, solution_of
+from shakedown.programs.program import Program, ProgramScales, Sides, Solution, columnwise
 
 _ENDS = {  # the meaning of Clarabel's statuses; others are no answer
     "Solved": Status.OPTIMAL,
@@ -167,7 +167,9 @@ class _ConicForm(NamedTuple):
             if row[0] >= 0:  # multipliers of bounds follow from the balance
                 y[row] += sign * z[start : start + len(row)] if status != Status.UNBOUNDED else np.nan
             start += len(right)
-        return solution_of(self.program, self.scales, status, whole, y, reduced=reduced)
+        program, scales = self.program, self.scales
+        value = scales.value(float(program.cost @ whole)) if status == Status.OPTIMAL else np.nan
+        return Solution(status, value, reduced, program, scales, lambda _: (whole * scales.x, y * scales.y))
 
 
 def _conic_form(given: Program) -> _ConicForm:

@@ -347,17 +347,3 @@ class Solution:
     def residuals(self) -> Residuals:
         """Residuals of the optimality conditions, in the scaled program."""
         return self.solved.residuals(self.x / self.scales.x, self.multipliers / self.scales.y)
-
-
-def solution_of(
-    program: Program,
-    scales: ProgramScales,
-    status: Status,
-    x: FloatArray,
-    y: FloatArray,
-    *,
-    reduced: bool = False,
-) -> Solution:
-    """The solution of a program with cones, given x (or a ray) and multipliers in numbers near 1."""
-    value = scales.value(float(program.cost @ x)) if status == Status.OPTIMAL else np.nan
-    return Solution(status, value, reduced, program, scales, lambda _: (x * scales.x, y * scales.y))
