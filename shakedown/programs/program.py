@@ -58,10 +58,16 @@ def power_of_two(size: float) -> float:
     return ldexp(1.0, min(exponent, 1023) if mantissa >= _HALFWAY else exponent - 1)
 
 
-def typical_size(sizes: FloatArray, otherwise: float = 1.0) -> float:
-    """The power of two next to the median of the sizes that are neither zero nor infinite."""
+def median_size(sizes: FloatArray) -> float:
+    """The median of the sizes that are neither zero nor infinite; 0 where there are none."""
     finite = sizes[np.isfinite(sizes) & (sizes > 0)]
-    return power_of_two(float(np.median(finite))) if finite.size else otherwise
+    return float(np.median(finite)) if finite.size else 0.0
+
+
+def typical_size(sizes: FloatArray, otherwise: float = 1.0) -> float:
+    """The power of two next to that median."""
+    median = median_size(sizes)
+    return power_of_two(median) if median else otherwise
 
 
 def equilibration(

@@ -17,7 +17,7 @@ from shakedown.ground.work_limit import Status
 from shakedown.programs.conic import by_clarabel
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.exact_program import cleaned, polished, sharpened
-from shakedown.programs.program import INF, Meeting, Point, Program, Solution, columnwise
+from shakedown.programs.program import INF, Meeting, Point, Program, Solution, columnwise, median_size
 from shakedown.programs.self_dual import solve_self_dual
 
 FINER = 2.0**14  # factor on costs where HiGHS's tolerance leaves a notable reduced cost
@@ -330,7 +330,7 @@ def meeting_rows(matrix: FloatArray, right: FloatArray, cost: FloatArray) -> NDA
             right=np.zeros((0, CONE)),
             rows=np.zeros((len(right), 0)),
             rows_extra=inner,
-            rows_right=limits / _unit(limits),
+            rows_right=limits / (median_size(np.abs(limits)) or 1.0),
             cost=slope / _sizes(slope[None])[0],
         )
     )
@@ -366,12 +366,6 @@ def _in_units_of(factor: FloatArray, matrix: FloatArray) -> FloatArray:
 def _sizes(rows: FloatArray) -> FloatArray:
     lengths = np.linalg.norm(rows, axis=1)
     return np.where(lengths > 0, lengths, 1.0)
-
-
-def _unit(limits: FloatArray) -> float:
-    """The median of the limits that are not zero."""
-    weighing = np.abs(limits[limits != 0])
-    return float(np.median(weighing)) if weighing.size else 1.0
 
 
 def solve(program: Program) -> Solution:

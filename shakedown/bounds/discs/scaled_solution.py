@@ -25,6 +25,7 @@ from shakedown.ground.work_limit import Status
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips
 from shakedown.programs.disc_program import DiscProgram
+from shakedown.programs.program import median_size
 from shakedown.programs.self_dual import (
     USABLE,
     Point,
@@ -135,19 +136,18 @@ def scaled_discs(rows: DiscRows, towards: float, cap: float = np.inf) -> ScaledD
     heights = loads * first * second
     # A row that no slip changes has no length of its own: it stands as high as the others do, in any units.
     constant = ~moved & (heights > 0)
-    second[constant] *= (_median(heights[moved]) or 1.0) / heights[constant]
+    second[constant] *= (median_size(heights[moved]) or 1.0) / heights[constant]
     heights = loads * first * second
     # times the median of loads: no row is kept farther from its limit than that
-    most = _median(heights) / SIX_DIGITS
+    most = median_size(heights) / SIX_DIGITS
     second[heights > most] *= most / heights[heights > most]
     weights = first * second
     w = weights[:n][rows.node][:, None]
     C, E = rows.c * w, rows.e * w
     gap_c, gap_e = rows.half_spaces.g * weights[n:], rows.half_spaces.d * weights[n:]
-    unit = _median(np.append(np.linalg.norm(C, axis=1), np.abs(gap_c)))
-    if unit == 0.0:
-        unit = _median(np.append(np.linalg.norm(E, axis=1), np.abs(gap_e))) or 1.0
-    load_unit = unit / (_median(np.append(np.linalg.norm(E, axis=1), np.abs(gap_e))) or unit)
+    varying = median_size(np.append(np.linalg.norm(E, axis=1), np.abs(gap_e)))
+    unit = median_size(np.append(np.linalg.norm(C, axis=1), np.abs(gap_c))) or varying or 1.0
+    load_unit = unit / (varying or unit)
     bounds = np.array([-1.0, 1.0])[: 1 + np.isfinite(cap)]
     program = DiscProgram(
         blocks=np.ascontiguousarray(Q * -second[:n, None, None]),
@@ -214,11 +214,6 @@ def _largest(rows: DiscRows) -> FloatArray:
     found = np.zeros(len(rows.stiffness))
     np.maximum.at(found, rows.node, np.maximum(np.abs(rows.c), np.abs(rows.e)).max(axis=1))
     return found
-
-
-def _median(sizes: FloatArray) -> float:
-    weighing = sizes[sizes > 0]
-    return float(np.median(weighing)) if weighing.size else 0.0
 
 
 Mask = NDArray[np.bool_]
