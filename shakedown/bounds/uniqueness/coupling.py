@@ -64,19 +64,20 @@ class Coupling(Result):
     weights: FloatArray
 
 
-def influence(A: FloatArray, fB: FloatArray) -> FloatArray | None:
-    """|A_ij ∓ (fB)_ij| / (A_ii ∓ (fB)_ii) of the backward and the forward limit (2, n, n), 0 at j = i.
+def relaxed(A: FloatArray, fB: FloatArray) -> FloatArray | None:
+    """c with e_i = c_i · e where the backward and the forward limit of node i is met, (2, n, n), 0 at j = i.
 
-    None where a node is at or above its own critical friction, A_ii / |f_i B_ii|.
+    −(A_ij ∓ (fB)_ij) / (A_ii ∓ (fB)_ii): by |c_ij| the limit moves with slip of node j. None where a node is
+    at or above its own critical friction, A_ii / |f_i B_ii|.
     """
     sides = np.stack([A - fB, A + fB])
     own = np.diagonal(sides, axis1=1, axis2=2)
     if not np.all(own > 0):
         return None
-    N = np.abs(sides) / own[:, :, None]
+    c = -sides / own[:, :, None]
     nodes = np.arange(len(A))
-    N[:, nodes, nodes] = 0.0
-    return N
+    c[:, nodes, nodes] = 0.0
+    return c
 
 
 def row_coupling_ratio(A: FloatArray, fB: FloatArray) -> Coupling | None:
@@ -89,10 +90,10 @@ def row_coupling_ratio(A: FloatArray, fB: FloatArray) -> Coupling | None:
 
     None where a node is at or above its own critical friction.
     """
-    N = influence(A, fB)
-    if N is None:
+    c = relaxed(A, fB)
+    if c is None:
         return None
-    n = len(A)
+    n, N = len(A), np.abs(c)
     all_nodes, d, best = np.arange(n), np.ones(n), (np.inf, np.ones(n))
     # a trace of coupling between all nodes makes the weights positive where some act on no others
     M = N + ROUND_OFF * N.max()
@@ -161,10 +162,10 @@ def weakly_coupled(stiffness: ScaledStiffness, factor: float) -> bool:
 
     x_i = 1 + max_s (N_s x)_i, by policy iteration; it ends as x never falls while ρ* < 1.
     """
-    N = influence(stiffness.A, factor * stiffness.weighted)
-    if N is None:
+    c = relaxed(stiffness.A, factor * stiffness.weighted)
+    if c is None:
         return False
-    n = len(stiffness.A)
+    n, N = len(stiffness.A), np.abs(c)
     side = N.sum(axis=2).argmax(axis=0)
     for _ in range(ITERATIONS):
         try:
@@ -510,13 +511,9 @@ def _weights(problem: Problem) -> tuple[FloatArray, FloatArray] | None:
     z = rigid.motions[:, 0] if floats else _softest(A)
     if floats > 1 or not np.all(z) or rigid.doubt:
         return None
-    A, fB = A * z * z[:, None], fB * z * np.abs(z)[:, None]
-    sides = np.stack([A - fB, A + fB])
-    own = np.diagonal(sides, axis1=1, axis2=2)
-    if not np.all(own > 0.0):
+    weights = relaxed(A * z * z[:, None], fB * z * np.abs(z)[:, None])
+    if weights is None:
         return None
-    weights = -sides / own[:, :, None]
-    weights[:, np.arange(problem.n), np.arange(problem.n)] = 0.0
     compared = np.diag(1.0 / z)
     if floats:
         return weights, compared
