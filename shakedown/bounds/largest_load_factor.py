@@ -40,7 +40,7 @@ from shakedown.ground.errors import Missing, SolverError, sought
 from shakedown.ground.tolerances import Tolerances
 from shakedown.ground.work_limit import Status
 from shakedown.joint.problem import Problem
-from shakedown.programs.program import Solution
+from shakedown.programs.program import NOWHERE, Solution
 from shakedown.programs.simplex import solve, widest
 
 LOGGER = logging.getLogger("shakedown")
@@ -169,7 +169,7 @@ def _of_half_spaces(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> L
         x=np.full(H.n, nan),
         y=np.zeros((0, CONE)),
         z=np.zeros_like(H.g),
-        carrying=_none(),
+        carrying=NOWHERE,
         residual=nan,
         reduced_accuracy=outcome.reduced_accuracy,
         end=outcome,
@@ -228,7 +228,7 @@ def _by_exact_arithmetic(problem: Problem, rows: DiscRows, found: Largest, toler
     if isinstance(exact, Missing):
         return replace(found, uncertified=exact.reason, disputed=isinstance(exact, Disputed))
     x, z = np.full(len(exact.slip), nan), np.zeros_like(exact.multipliers)
-    blank = replace(found, load_factor=nan, x=x, z=z, carrying=_none(), exact=True)
+    blank = replace(found, load_factor=nan, x=x, z=z, carrying=NOWHERE, exact=True)
     if exact.status == Status.INFEASIBLE:
         return replace(_excluded(rows, blank, exact.multipliers), least_load_factor=nan, missing=())
     if found.status == Status.INFEASIBLE:  # at loosened tolerances
@@ -326,7 +326,7 @@ def _unbounded(
     beyond = start.load_factor + start.scaled.load_unit
     safe = [safest(rows, beyond).x, start.x + start.scaled.load_unit * direction]
     return Largest(
-        Status.UNBOUNDED, inf, direction, np.zeros_like(rows.c), np.zeros_like(rows.half_spaces.g), _none(),
+        Status.UNBOUNDED, inf, direction, np.zeros_like(rows.c), np.zeros_like(rows.half_spaces.g), NOWHERE,
         residual=_excess_along(rows, direction),
         least_load_factor=_unless_safe_at_mean(rows, start.x, start.load_factor, tolerances),
         safe=(*((each, beyond) for each in safe), (np.zeros_like(direction), 0.0)),
@@ -339,16 +339,12 @@ def _excess_along(rows: DiscRows, direction: FloatArray) -> float:
     return replace(rows, c=rows.e, e=np.zeros_like(rows.e), half_spaces=gaps).relative_excess(direction, 0.0)
 
 
-def _none() -> Carrying:
-    return np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp)
-
-
 def _without(taken: Frictionless, balanced: bool, tolerances: Tolerances) -> Largest:
     """The limit of what is left without frictionless nodes, in its own unknowns."""
     rest, zeta = taken.rest, np.zeros(taken.ways.shape[1])
     none, nothing = np.zeros_like(rest.c), np.zeros_like(rest.half_spaces.g)
     if taken.against.size or (taken.forced is not None and taken.forced < -ROUND_OFF):
-        return Largest(Status.INFEASIBLE, nan, zeta, none, nothing, _none(), 0.0)
+        return Largest(Status.INFEASIBLE, nan, zeta, none, nothing, NOWHERE, 0.0)
     if taken.forced is None:
         return _limit(rest, balanced, tolerances)
     at = taken.forced if taken.forced > ROUND_OFF else 0.0
@@ -358,16 +354,10 @@ def _without(taken: Frictionless, balanced: bool, tolerances: Tolerances) -> Lar
     if not fixed.relative_excess(safe.x, 0.0) <= tolerances.feasibility:  # nor is NaN, no slip at all, safe
         return _infeasible(fixed, solve_scaled(scaled_discs(fixed, +1.0)))
     return Largest(
-        Status.OPTIMAL,
-        at,
-        safe.x,
-        none,
-        nothing,
-        _none(),
-        0.0,
+        Status.OPTIMAL, at, safe.x, none, nothing, NOWHERE, 0.0,
         least_load_factor=at,
         safe=((safe.x, at),),
-    )
+    )  # fmt: skip
 
 
 def _of_all(taken: Frictionless, found: Largest) -> Largest:
