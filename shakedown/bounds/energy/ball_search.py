@@ -81,8 +81,7 @@ class Found:
     @cached_property
     def weights(self) -> FloatArray:
         """Multipliers of the radii of discs, and of rows, without dimension, (K + k,)."""
-        discs, rows, _ = self.program.parts(self.end.multipliers)
-        return np.append(discs[:, 0], rows[: len(self.about.base.rows)])
+        return _weights(self.program, self.about, self.end.multipliers)
 
     @property
     def carrying(self) -> Places:
@@ -105,10 +104,9 @@ class Found:
     def contradiction(self) -> float:
         """By how much the multipliers fail to prove that the limits contradict each other (Farkas)."""
         program, (discs, rows, _) = self.program, self.program.parts(self.end.multipliers)
-        of_y, of_w = _balance(program, self.end.multipliers)
+        of_y, of_w, right = _sums(program, self.end.multipliers)
         weight = 0.0 if program.norm is None else float(of_w[0])
-        value = -float(np.einsum("ij,ij", discs, program.right) + rows @ program.rows_right)
-        value += weight * program.offset
+        value = weight * program.offset - right
         if not value > 0:
             return inf
         terms = np.einsum("ij,ij", np.abs(discs), np.abs(program.right))
@@ -116,12 +114,20 @@ class Found:
         return max(float(np.linalg.norm(of_y)) - weight, abs(float(of_w[-1])), 0.0) / max(sizes, value)
 
 
-def _balance(program: DiscProgram, multipliers: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """What multipliers of discs and rows add up to in the columns y and w."""
+def _sums(program: DiscProgram, multipliers: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """What multipliers of discs and rows add up to in the columns y and w, and on the right-hand side."""
     some = multipliers.copy()
-    program.parts(some)[2][:] = 0.0
+    discs, rows, tail = program.parts(some)
+    tail[:] = 0.0
     whole = program.transposed(some)
-    return whole[: program.rank], whole[program.rank :]
+    right = float(np.einsum("ij,ij", discs, program.right) + rows @ program.rows_right)
+    return whole[: program.rank], whole[program.rank :], right
+
+
+def _weights(program: DiscProgram, about: LimitsAbout, multipliers: FloatArray) -> FloatArray:
+    """Multipliers of the radii of discs, and of rows, without dimension, (K + k,)."""
+    discs, rows, _ = program.parts(multipliers)
+    return np.append(discs[:, 0], rows[: len(about.base.rows)])
 
 
 def _proved(program: DiscProgram, end: SelfDualSolution) -> float:
@@ -129,8 +135,7 @@ def _proved(program: DiscProgram, end: SelfDualSolution) -> float:
 
     Weak duality, with what is left of the balance at its worst there.
     """
-    (of_y, of_w), (discs, rows, _) = _balance(program, end.multipliers), program.parts(end.multipliers)
-    right = float(np.einsum("ij,ij", discs, program.right) + rows @ program.rows_right)
+    of_y, of_w, right = _sums(program, end.multipliers)
     # the length of y may weigh as much as the first of w, of which it bounds it
     weight = 0.0 if program.norm is None else float(of_w[0])
     short = max(float(np.linalg.norm(of_y)) - weight, 0.0)
@@ -313,11 +318,9 @@ def held_by_none(limits: BallLimits, load_factor: float, slip: FloatArray) -> bo
     program = about.margin_program()
 
     def refuted(multipliers: FloatArray) -> bool:
-        discs, rows, _ = program.parts(multipliers)
-        weights = np.append(discs[:, 0], rows[: len(about.base.rows)])
-        right = float(np.einsum("ij,ij", discs, program.right) + rows @ program.rows_right)
-        length = float(np.linalg.norm(_balance(program, multipliers)[0]))
-        return right < 0.0 and length <= float(about.s @ weights)
+        of_y, _, right = _sums(program, multipliers)
+        short = float(np.linalg.norm(of_y)) <= float(about.s @ _weights(program, about, multipliers))
+        return right < 0.0 and short
 
     def known(x: FloatArray, multipliers: FloatArray) -> bool:
         return bool(_largest_margin(about, x[: program.rank])[-1] > 0.0) or refuted(multipliers)
