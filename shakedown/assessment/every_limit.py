@@ -69,7 +69,7 @@ class MeshCheck(Result):
     warning: str | None
 
 
-def mesh_check(limits: Any) -> MeshCheck:
+def mesh_check(limits: "JointLimits") -> MeshCheck:
     """Check limits on one mesh: whether its edge determines λ_max, and their values on a coarser mesh."""
     problem = limits.problem
     surface = surface_of(problem)
@@ -84,16 +84,14 @@ def mesh_check(limits: Any) -> MeshCheck:
     return MeshCheck(share, deciding, coarser, _warning(share, sorted(deciding), coarser))
 
 
-def on_mesh(limits: Any, problem: Problem) -> Any:
+def on_mesh(limits: "JointLimits", problem: Problem) -> "JointLimits":
     """The same limits for an averaged joint; its first initial slip is the state in question."""
     start = None if problem.initial_slip is None else problem.initial_slip[0]
-    changes: dict[str, Any] = {"problem": problem, "initial_slip": start}
-    if not isinstance(limits.zone, str):
-        changes["zone"] = ()
-    return replace(limits, **changes)
+    zone = limits.zone if isinstance(limits.zone, str) else ()
+    return replace(limits, problem=problem, initial_slip=start, zone=zone)
 
 
-def _shares(limits: Any) -> FloatArray:
+def _shares(limits: "JointLimits") -> FloatArray:
     """The share of every node in the multipliers that prove λ_max, (n,); NaN where there are none."""
     problem, upper = limits.problem, limits.upper
     rows = constraints(problem)
@@ -103,7 +101,7 @@ def _shares(limits: Any) -> FloatArray:
     return np.asarray(parts / parts.sum())
 
 
-def _coarser(limits: Any) -> dict[str, float]:
+def _coarser(limits: "JointLimits") -> dict[str, float]:
     """Ratios, less 1, of the known limits on every second node to those on all nodes."""
     start = limits.energy.initial_slip
     between = coarsened(replace(limits.problem, initial_slip=start if np.isfinite(start).all() else None))
@@ -346,10 +344,7 @@ class JointLimits(Result):
 
     def slip(self, below: float) -> "SlipLimit | Missing":
         """The load factor up to which every slip range of this history stays below a length."""
-        from shakedown.assessment.transient_limit import (
-            scan_end,
-            slip_limit,  # loads compiled code
-        )
+        from shakedown.assessment.transient_limit import scan_end, slip_limit  # loads compiled code
 
         upper = present(sought(lambda: self.upper))
         end = (upper and scan_end(upper)) or 1.0
