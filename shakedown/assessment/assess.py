@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.every_limit import JointLimits, ShakedownBounds, on_mesh
+from shakedown.assessment.three_numbers import THREE_NUMBERS
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
 from shakedown.ground.errors import Missing
@@ -123,9 +124,8 @@ class Assessment(Result):
         return {word: [value] for word, value in self._numbers().items()}
 
     def _numbers(self) -> dict[str, Any]:
-        words = ("proved_from_every_state", "proved_from_this_state", "impossible_above")
         said = self.said_as_given
-        return {word: getattr(self, word) for word in words} | {
+        return {word: getattr(self, word) for word in reversed(THREE_NUMBERS)} | {
             "said_as_given": None if said == Said.OPEN else str(said)
         }
 

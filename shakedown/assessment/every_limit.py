@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.sensitivities import Sensitivities, sensitivities
-from shakedown.assessment.three_numbers import REFUTED, admitted_up_to, not_refuted
+from shakedown.assessment.three_numbers import REFUTED, THREE_NUMBERS, admitted_up_to, not_refuted
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.energy.energy_ball import NO_SAFE_SLIP, EnergyBall, energy_ball
 from shakedown.bounds.enumeration.critical import subset_count
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
 
 
 MOST = 0.5  # share of the multipliers at the edge from which on it determines the limit
-WORDS = ("impossible_above", "proved_from_this_state", "proved_from_every_state")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -108,7 +107,7 @@ def _coarser(limits: "JointLimits") -> dict[str, float]:
     assert between is not None  # its surface is known
     coarse = replace(on_mesh(limits, between), certify=False)
     found = {}
-    for name in WORDS:
+    for name in THREE_NUMBERS:
         try:
             one = getattr(limits, name)
             if one == 0 and name == "proved_from_this_state":  # the costliest, and nothing to compare with
@@ -129,7 +128,7 @@ def _warning(share: float, nodes: Sequence[int], coarser: dict[str, float]) -> s
     named = f" (node {', '.join(map(str, nodes))})" if nodes else ""
     edge = f"The edge determines λ_max{named}. " if share >= MOST else ""
     said = ", ".join(f"{name} is {change}" for name, change in changed.items())
-    if len(changed) > len(set(changed.values())) == 1 and len(changed) == len(WORDS):
+    if len(changed) > len(set(changed.values())) == 1 and len(changed) == len(THREE_NUMBERS):
         said = f"all three limits are {changed.popitem()[1]}"
     finer = "; a finer mesh may lower them" * any(MUCH < by < inf for by in coarser.values())
     return f"{edge}On the coarser mesh (every second node) {said}{finer}."

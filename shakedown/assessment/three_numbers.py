@@ -14,6 +14,7 @@ from shakedown.joint.constraints import Side, constraints, loading, step_loads
 from shakedown.joint.problem import Problem
 from shakedown.programs.cone_rays import leaves_cone
 
+THREE_NUMBERS = "impossible_above", "proved_from_this_state", "proved_from_every_state"
 REFUTED = "round-off decides: its load factor is {:.7g}, although no slip is safe above {:.7g}"
 
 

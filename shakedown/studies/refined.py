@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
 from shakedown.assessment.assess import Assessment, assess
+from shakedown.assessment.three_numbers import THREE_NUMBERS
 from shakedown.assessment.transient_limit import slip_limit
 from shakedown.campaign.pieces import Arrays, Progress, as_text, function_stamp, run_pieces, text_of
 from shakedown.files.atomic_write import check_table, write_table
@@ -35,13 +36,8 @@ Make = Callable[[Any], Problem] | Mapping[Any, Problem]
 
 SLOWEST = 0.5  # least order of convergence; below it the extrapolated limit is too uncertain
 NEAR = 0.25  # largest relative distance of the extrapolated limit; beyond twice this it is open
-LIMITS = (
-    "impossible_above",
-    "proved_from_this_state",
-    "proved_from_every_state",
-    "averaged_impossible_above",
-)
-COLUMNS = (*LIMITS, "work", "largest_slip", "slip_limit")
+AVERAGED = "averaged_impossible_above"
+COLUMNS = (*THREE_NUMBERS, AVERAGED, "work", "largest_slip", "slip_limit")
 
 
 class Tendency(StrEnum):
@@ -368,10 +364,10 @@ def mesh_row(
     """The numbers of one mesh, by ``COLUMNS``."""
     row: dict[str, Any] = {}
     limits = assess(problem)
-    for name in LIMITS[:3]:
+    for name in THREE_NUMBERS:
         row[name] = _number(limits, name)
     coarse = None if radius is None else assess(averaged(problem, radius))
-    row[LIMITS[3]] = nan if coarse is None else _number(coarse, LIMITS[0])
+    row[AVERAGED] = nan if coarse is None else _number(coarse, THREE_NUMBERS[0])
     state = long_term_state(problem, load_factor)
     nodes, slips = node_results(state), state.outcome != Outcome.SHAKEDOWN  # else what is left is round-off
     known = nodes.period > 0
