@@ -83,9 +83,8 @@ UNSAFE, BELOW, BETWEEN, ABOVE = "below λ_lo", "below λ_1", "between", "above �
 PROVED = "below λ_U"  # for a load domain, where λ_1 predicts nothing, and in space, where it does not exist
 IN_ZONE, OUTSIDE = "zone is safe", "zone is not safe"  # between λ_lo and λ_max of a zone, and elsewhere
 NO_ZONE = "no zone is safe"  # all were tried
-OVERLOAD = (
-    2.0  # of the random loads that leave initial states behind: within those of the loop few joints slip
-)
+# of the random loads that leave initial states behind: within those of the loop few joints slip
+OVERLOAD = 2.0
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

@@ -17,8 +17,8 @@ from shakedown.bounds.bound_result import (
     ZERO_AMPLITUDE,
     Bound,
     LargestLoadFactor,
+    SafeSlip,
 )
-from shakedown.bounds.bound_result import SafeSlip as SafeSlip
 from shakedown.bounds.certificate import UPPER_CERTIFIED_UP_TO
 from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
 from shakedown.bounds.discs.scaled_solution import safest
@@ -163,9 +163,8 @@ def upper_bound(
     else:
         found = _of_zone(zone, transient, certify, tolerances)
     doubt = rigid_slips(zone.joint).doubt
-    if (
-        found.status == Status.UNBOUNDED and doubt
-    ):  # a resistance in doubt may hold the body at any load factor
+    # a resistance in doubt may hold the body at any load factor
+    if found.status == Status.UNBOUNDED and doubt:
         no_slip = np.full_like(found.slip, np.nan)
         return found.but(status=Status.UNDECIDED, load_factor=np.nan, direction=no_slip, reason=doubt)
     if others_left and found.status == Status.INFEASIBLE:

@@ -536,9 +536,8 @@ def _by_orthogonal_factor(root: FloatArray) -> Solve:
     lengths = np.linalg.norm(root, axis=0)
     unit = 1.0 / np.where(lengths > 0, lengths, 1.0)
     rows = root * unit
-    rows = rows[
-        np.argsort(-np.abs(rows).max(axis=1, initial=0.0), kind="stable")
-    ]  # keeps small ones accurate
+    # large ones first: that keeps small ones accurate
+    rows = rows[np.argsort(-np.abs(rows).max(axis=1, initial=0.0), kind="stable")]
     R, order = qr(rows, mode="r", pivoting=True, check_finite=False)
     sizes = np.abs(np.diag(R))
     rank = int(np.count_nonzero(sizes > RANK * len(sizes) * sizes.max(initial=0.0)))

@@ -29,9 +29,8 @@ Flags = NDArray[np.bool_]
 
 SECTORS = 96  # sectors of a circle at the start
 FINER = 15  # parts of a cell that is divided
-WIDEST = (
-    6  # least number of arcs in a circle; in wider ones slip in one direction hardly hinders that in another
-)
+# least number of arcs in a circle; in wider ones slip in one direction hardly hinders that in another
+WIDEST = 6
 
 
 @dataclass(frozen=True, eq=False)

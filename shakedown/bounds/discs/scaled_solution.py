@@ -522,9 +522,8 @@ def safest(rows: DiscRows, load_factor: float, tolerances: Tolerances = DEFAULT)
     Without discs this is a linear program; else the unknown is t + cap ≥ 0.
     """
     H = rows.half_spaces
-    slopes = np.linalg.norm(rows.stiffness[:, 0], axis=1) + np.linalg.norm(
-        rows.stiffness[:, 1:], axis=(1, 2), ord=2
-    )
+    pressures, reactions = rows.stiffness[:, 0], rows.stiffness[:, 1:]
+    slopes = np.linalg.norm(pressures, axis=1) + np.linalg.norm(reactions, axis=(1, 2), ord=2)
     other_slopes = np.linalg.norm(H.G if rows.in_plane else H.coefficients, axis=1)
     c, g = rows.c + load_factor * rows.e, H.g - load_factor * H.d
     reach = np.abs(rows.c).max(axis=1) + np.abs(load_factor * rows.e).max(axis=1)

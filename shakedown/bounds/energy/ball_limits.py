@@ -472,9 +472,8 @@ def _with_gaps(limits: BallLimits, zone: Zone, transient: bool, tolerances: Tole
     slope, d, g, node, force = whole.G[gap], whole.d[gap], whole.g[gap], whole.node[gap], metric.scale
     side = whole.step[gap] if layout.d > 1 else whole.side[gap]
     lengths, slopes = np.abs(slope) @ (force / metric.sizes), force * slope @ metric.inverse
-    spread = force * metric.relative_dual_norms(
-        slope, lengths, tolerances
-    )  # inf where a rigid slip changes it
+    # inf where a rigid slip changes it
+    spread = force * metric.relative_dual_norms(slope, lengths, tolerances)
     rows = Rows(force * slope, slopes, force * d, force * g, spread, node, side)
     if transient:
         before = transient_path(zone.problem)

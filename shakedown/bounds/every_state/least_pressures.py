@@ -168,9 +168,8 @@ def _solved(given: _Equations, h: FloatArray) -> LeastPressures:
     terms = np.abs(given.right) + np.abs(h) @ np.abs(fB) + np.abs(y) @ np.abs(A)
     rest = np.abs(right - y @ A) + (3 * n + 4) * EPS * terms
     largest = (rest @ np.abs(X)).max(axis=1, initial=0.0) * (1.0 + (2 * n + 4) * EPS)
-    error = 1.5 * largest / max(1.0 - alpha, EPS) + 8 * EPS * np.abs(given.rigid).max(
-        axis=1, initial=0.0
-    )  # of |Y_j|
+    rigid = np.abs(given.rigid).max(axis=1, initial=0.0)
+    error = 1.5 * largest / max(1.0 - alpha, EPS) + 8 * EPS * rigid  # of |Y_j|
     slack = h - (1.0 + 8 * EPS) * given.sizes(y, every)
     proved = np.all(slack >= error[:, None], axis=1) & np.all(np.isfinite(y), axis=1) & (alpha < 0.5)
     known = np.where(np.isfinite(error), error, 0.0)

@@ -232,10 +232,9 @@ def _about(first: FloatArray, second: FloatArray) -> Callable[[float], float]:
         c = np.exp(log_c)
         matrix = c * first + second / c
         try:
-            return float(
-                # of an eigenvalue, relatively: c is sought to 1e-4
-                eigsh(matrix, k=1, which="LA", v0=start, tol=SIX_DIGITS, return_eigenvectors=False)[0]
-            )
+            # six digits of an eigenvalue: c is sought to 1e-4
+            found = eigsh(matrix, k=1, which="LA", v0=start, tol=SIX_DIGITS, return_eigenvectors=False)
+            return float(found[0])
         except ArpackNoConvergence:
             return float(np.linalg.eigvalsh(matrix)[-1])
 
