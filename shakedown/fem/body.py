@@ -359,9 +359,14 @@ class ElasticBody:
 
     def positions(self, nodes: IntArray) -> FloatArray:
         """Coordinates of nodes by label, (n, 2) or (n, 3) [length]."""
+        return self._places[nodes]
+
+    @cached_property
+    def _places(self) -> FloatArray:
+        """Coordinates of all nodes in the order of their labels."""
         place = np.zeros((self.dofs[:, 0].max() + 1, self.dimension))
         place[self.dofs[:, 0]] = self.basis.doflocs.T
-        return place[nodes]
+        return place
 
     def parts(self) -> list[tuple[Material, IntArray | None]]:
         """Every material with its elements; with None where one material is that of all elements."""
