@@ -116,7 +116,7 @@ def free_stiffness(problem: Problem) -> FloatArray:
     if not basis.shape[1]:
         return kappa
     lengths = _scaled(problem, kappa)[1]
-    scaled = _deflated(kappa * lengths * lengths[:, None], basis) / lengths / lengths[:, None]
+    scaled = deflated(kappa * lengths * lengths[:, None], basis) / lengths / lengths[:, None]
     # what was no coupling at all remains none
     own = np.sqrt(np.abs(np.diag(kappa)))  # a stiffness of round-off may be negative
     return np.where((kappa == 0.0) & (np.abs(scaled) <= MOTION_ROUND_OFF * np.outer(own, own)), 0.0, scaled)
@@ -140,9 +140,9 @@ def _rigid_motions(problem: Problem) -> tuple[FloatArray, str]:
     most = float(np.abs(scaled).sum(axis=0).max())
     if most == 0.0:
         return np.eye(layout.size), slips.doubt
-    scaled = _deflated(scaled, basis) / most
+    scaled = deflated(scaled, basis) / most
     known = _unresisted(scaled, _motions_of_a_body(problem) / lengths[:, None], problem)
-    values, vectors = np.linalg.eigh(_deflated(scaled, known))
+    values, vectors = np.linalg.eigh(deflated(scaled, known))
     order = np.argsort(np.abs(values))
     count, doubt = _without_resistance(
         np.abs(values)[order], problem.stiffness_accuracy, stiffness_error(problem)
@@ -213,8 +213,7 @@ def stiffness_error(problem: Problem) -> float:
 
 def _unresisted(matrix: FloatArray, motions: FloatArray, problem: Problem) -> FloatArray:
     """An orthonormal basis of those of some motions (N, k) that a matrix (…, N) of size 1 does not resist."""
-    basis, sizes, _ = np.linalg.svd(motions, full_matrices=False)
-    basis = basis[:, sizes > DEFAULT.printed_digits * sizes.max(initial=0.0)]
+    basis = basis_of(motions)
     _, resistance, turn = np.linalg.svd(matrix @ basis, full_matrices=False)
     least = NO_STIFFNESS if problem.stiffness_accuracy is None else 0.0
     return np.asarray(basis @ turn[resistance <= max(stiffness_error(problem), least)].T)
@@ -244,8 +243,21 @@ def _closed(motions: FloatArray, layout: Layout) -> FloatArray:
     return np.asarray(slips @ turn[sizes <= DEFAULT.printed_digits * np.sqrt(layout.n)].T)
 
 
-def _deflated(matrix: FloatArray, basis: FloatArray) -> FloatArray:
-    """A symmetric matrix without what it has in the directions of an orthonormal basis (N, r)."""
+def basis_of(motions: FloatArray) -> FloatArray:
+    """An orthonormal basis of some motions (N, k), of any size, that may depend on each other."""
+    basis, sizes, _ = np.linalg.svd(motions, full_matrices=False)
+    return np.asarray(basis[:, sizes > DEFAULT.printed_digits * sizes.max(initial=0.0)])
+
+
+def deflated(matrix: FloatArray, basis: FloatArray) -> FloatArray:
+    """A symmetric matrix without what it has in the directions of an orthonormal basis (N, r).
+
+    Examples
+    --------
+    >>> deflated(np.array([[1.0, -0.8], [-0.8, 1.0]]), basis_of(np.array([[1.0], [1.0]]))).round(12)
+    array([[ 0.9, -0.9],
+           [-0.9,  0.9]])
+    """
     left = matrix - (matrix @ basis) @ basis.T
     left = left - basis @ (basis.T @ left)
     return np.asarray(0.5 * (left + left.T))

@@ -17,7 +17,7 @@ from shakedown.joint.fields import DOMAIN, LOOP
 from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.joint.rigid_slips import zero_modes
+from shakedown.joint.rigid_slips import basis_of, deflated, zero_modes
 from shakedown.models.condensation import stiffness_checks
 from shakedown.models.condensation.contact_frame import (
     PLANE,
@@ -390,7 +390,7 @@ def condensed_stiffness(
         )
     stiffness = 0.5 * (stiffness + stiffness.T)
     if rigid is not None and rigid.size:
-        stiffness = stiffness_checks.without_resistance(stiffness, interior.contact_motions(rigid))
+        stiffness = deflated(stiffness, basis_of(interior.contact_motions(rigid)))
     A, _, _ = frame.layout.blocks(stiffness)
     A += np.diag(np.where(guided, A.max(), 0.0))
     modes = zero_modes(stiffness)

@@ -289,22 +289,6 @@ def check_against_run(
     )
 
 
-def without_resistance(stiffness: FloatArray, motions: FloatArray) -> FloatArray:
-    """A symmetric stiffness (k, k) without what it has against some motions (k, r), of any size.
-
-    Examples
-    --------
-    >>> without_resistance(np.array([[1.0, -0.8], [-0.8, 1.0]]), np.array([[1.0], [1.0]])).round(12)
-    array([[ 0.9, -0.9],
-           [-0.9,  0.9]])
-    """
-    basis, size, _ = np.linalg.svd(motions, full_matrices=False)
-    basis = basis[:, size > DEFAULT.printed_digits * size.max(initial=0.0)]
-    left = stiffness - (stiffness @ basis) @ basis.T
-    left = left - basis @ (basis.T @ left)
-    return np.asarray(0.5 * (left + left.T))
-
-
 def with_shanks(K: sparse.csr_array, shanks: Sequence[tuple[float, FloatArray]]) -> sparse.csr_array:
     """K + Σ k e eᵀ, of shanks with stiffness k that get shorter by e · u.
 
