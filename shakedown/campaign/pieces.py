@@ -36,7 +36,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from shakedown.files.atomic_write import PART, locked, pieces_beside
+from shakedown.files.atomic_write import PART, locked, pieces_beside, refusing
 from shakedown.files.npz import read_array, read_header
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.errors import ProblemError, ShakedownError, SolverError, UsageError
@@ -237,12 +237,10 @@ def run_pieces(
 
 def _keep(folder: Path, name: str, arrays: Arrays) -> None:
     """Write a piece; its file is there whole or not at all, but after a crash of the system."""
-    try:
+    with refusing(str(folder)):
         with open(unfinished := folder / f".{name}{PART}", "wb") as file:
             np.savez(file, allow_pickle=False, **arrays)
         os.replace(unfinished, folder / name)
-    except OSError as error:
-        raise _unwritable(folder, error) from None
 
 
 def _kept(folder: Path, run: str, count: int) -> dict[int, Arrays]:
@@ -266,7 +264,7 @@ def _folder(output: str | os.PathLike[str] | None, resume: bool) -> Iterator[Pat
         return
     path = Path(pieces_beside(output))
     with ExitStack() as stack:
-        try:
+        with refusing(str(path)):
             if not resume and path.is_dir() and _names(path):
                 raise UsageError(f"{path}: an unfinished run is kept there; resume it, or remove that folder")
             path.mkdir(exist_ok=True)
@@ -275,18 +273,12 @@ def _folder(output: str | os.PathLike[str] | None, resume: bool) -> Iterator[Pat
                 stack.callback(os.close, handle)
                 if not locked(handle):
                     raise UsageError(f"{path}: another run is writing there")
-        except OSError as error:
-            raise _unwritable(path, error) from None
         try:
             yield path
             remove_pieces(path)
         finally:
             with suppress(OSError):
                 path.rmdir()
-
-
-def _unwritable(path: Path, error: OSError) -> UsageError:
-    return UsageError(f"{path}: cannot be written ({error.strerror or error})")
 
 
 def _names(folder: Path) -> list[str]:

@@ -126,7 +126,7 @@ def atomic_write_together(paths: Sequence[str | os.PathLike[str]]) -> Iterator[l
     """
     with ExitStack() as stack:
         parts = [stack.enter_context(_part(path)) for path in paths]
-        with _refusing(" and ".join(os.fspath(path) for path in paths)):
+        with refusing(" and ".join(os.fspath(path) for path in paths)):
             yield [part.file for part in parts]
             for part in parts:
                 part.file.flush()
@@ -139,7 +139,7 @@ def atomic_write_together(paths: Sequence[str | os.PathLike[str]]) -> Iterator[l
 
 
 @contextmanager
-def _refusing(name: str) -> Iterator[None]:
+def refusing(name: str) -> Iterator[None]:
     """Turn errors of the system into a ``UsageError`` that names the file."""
     try:
         yield
@@ -153,7 +153,7 @@ def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
     target = check_target(path)
     temporary = target.with_name(f".{target.name[:40]}.{secrets.token_hex(8)}{PART}")  # of 255 bytes at most
     flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
-    with _refusing(os.fspath(path)):
+    with refusing(os.fspath(path)):
         old = _status(target)
         handle = os.open(temporary, flags, 0o666 if old is None else 0o600)  # less the umask
     file = os.fdopen(handle, "w+b")
