@@ -516,8 +516,7 @@ def _on_patch(contact: ContactSection) -> ContactSection:
     """The nodes in the order of the sets that named them, with positions on the plane of a flat patch."""
     if contact.coordinates is None or contact.x is not None:
         return contact
-    unit = contact.normals / np.linalg.norm(contact.normals, axis=1)[:, None]
-    return replace(contact, x=patch_positions(contact.coordinates, unit, contact.tangent))
+    return replace(contact, x=patch_positions(contact.coordinates, contact.unit_normals, contact.tangent))
 
 
 def taken_friction(root: TomlTable, *, required: bool = True) -> Friction | None:
