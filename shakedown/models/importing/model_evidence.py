@@ -357,9 +357,7 @@ def bodies_of(
         The contact, of which nodes on either side may have no rows (held).
     """
     part = stiffness.parts
-    labels, index = np.unique(stiffness.dofs[:, 0], return_index=True)
-    of_node = dict(zip(labels.tolist(), part[index].tolist(), strict=True))
-    met = [of_node[label] for label in contact.moved.tolist() if label in of_node]
+    met = [stiffness.part_of[label] for label in contact.moved.tolist() if label in stiffness.part_of]
     order = [own for own in dict.fromkeys([*met, *part.tolist()]) if own >= 0]
     two = contact.two_bodies and len(set(met)) == 2 == len(order)
     places, axial = places_of_rows(stiffness, mesh), mesh.axisymmetric
@@ -399,8 +397,7 @@ def contact_patches(contact: ContactSection, stiffness: Stiffness, mesh: Mesh) -
     normals = contact.unit_normals
     alike = (normals[pairs[:, 0]] * normals[pairs[:, 1]]).sum(axis=1) > 0
     if contact.two_bodies:
-        body = dict(zip(stiffness.dofs[:, 0].tolist(), stiffness.parts.tolist(), strict=True))
-        opposite = np.array([body.get(node, -1) for node in contact.facing[:, 1].tolist()])
+        opposite = np.array([stiffness.part_of.get(node, -1) for node in contact.facing[:, 1].tolist()])
         alike &= opposite[pairs[:, 0]] == opposite[pairs[:, 1]]
     a, b = pairs[alike].T
     graph = sparse.coo_array((np.ones(len(a)), (a, b)), shape=(n, n))
@@ -549,8 +546,7 @@ def _resisting(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) -> I
 
 def _touching(stiffness: Stiffness, contact: ContactSection, mesh: Mesh) -> Iterator[str]:
     """A warning about nodes of two bodies at one place that are no pair of the contact."""
-    body = dict(zip(stiffness.dofs[:, 0].tolist(), stiffness.parts.tolist(), strict=True))
-    labels, part = np.array(list(body)), np.array(list(body.values()))
+    labels, part = np.array(list(stiffness.part_of)), np.array(list(stiffness.part_of.values()))
     if contact.relative or not set(labels.tolist()) <= set(mesh.labels.tolist()):
         return
     places = mesh.at(labels)

@@ -81,6 +81,11 @@ class Stiffness:
         part = np.asarray(connected_components(coupled, directed=False)[1])[node]
         return np.where(np.isin(part, part[self.are_displacements]), part, -1)
 
+    @cached_property
+    def part_of(self) -> dict[int, int]:
+        """The part (:attr:`parts`) that every node belongs to, by its label."""
+        return dict(zip(self.dofs[:, 0].tolist(), self.parts.tolist(), strict=True))
+
     def in_basic_directions(self, frames: Mapping[int, FloatArray]) -> "Stiffness":
         """The stiffness with all displacements in the directions x, y, z of the model.
 
