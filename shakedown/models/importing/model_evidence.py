@@ -31,7 +31,7 @@ from shakedown.models.condensation.surface_coupling import REACH
 from shakedown.models.importing.contact_section import ContactSection, spacings
 from shakedown.models.readers.mesh import SOLIDS, Mesh
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.text import LOOKED_AT, quoted
+from shakedown.models.readers.text import quoted
 
 DOUBTFUL = 0.03  # relative to the spacing, along the surface: more than the rounding of printed coordinates
 LEVEL = np.cos(np.radians(84.0))  # from the faces' normal: beyond it a normal does not point inwards
@@ -232,6 +232,7 @@ def _shown(vector: FloatArray) -> str:
 
 
 _ORDER = ("first", "second")
+_MEASURED = 1000  # elements that tell how large they are
 _UNALIKE = 200.0  # ratio beyond which units differ: mm for m gives 1,000, element shapes or ν = 0.499 less
 
 
@@ -514,7 +515,7 @@ def _out_of_size(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) ->
     if mesh.axisymmetric:
         size = 2 * np.pi * mesh.at(stiffness.dofs[inside, 0])[:, 0]
     elif any(shape in SOLIDS for shape, _ in mesh.elements.values()):
-        measured = list(mesh.elements.values())[:LOOKED_AT]
+        measured = list(mesh.elements.values())[:_MEASURED]
         size = np.array([np.ptp(mesh.at(nodes), axis=0).mean() for _, nodes in measured])
     length = max(float(np.median(size)), np.finfo(float).tiny)
     found = float(np.median(stiffness.K.diagonal()[inside])) / length

@@ -28,7 +28,6 @@ REAL = r"[-+]?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?"  # in regular expressions
 # What libraries raise on a damaged file; anything else is an error of the program.
 _WRONG_NUMBERS = (ValueError, TypeError, LookupError, ArithmeticError, struct.error)
 UNREADABLE = (*_WRONG_NUMBERS, RuntimeError, MemoryError, EOFError, Warning)
-LOOKED_AT = 1000  # lines of a deck, or elements of a mesh, that tell what it is
 _LISTED = 12  # names that a message lists
 
 
