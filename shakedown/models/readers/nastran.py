@@ -324,7 +324,7 @@ def pyyeti_module(module: str, name: str) -> ModuleType:
 
 _DMIG = re.compile(r"DMIG\b", re.IGNORECASE)
 _FORMS = (1, 6)  # square, symmetric
-_REAL = (1, 2)
+_REAL = (1, 2)  # types: single and double precision
 
 
 def read_nastran_dmig(
@@ -387,7 +387,6 @@ _HEADER = re.compile(
     re.MULTILINE,
 )
 _HEADS = {24: 4, 48: 8}  # bytes of a binary header record: width of its integers
-_REAL = (1, 2)  # types: single and double precision
 
 
 def is_op4(text: str) -> bool:
