@@ -363,8 +363,8 @@ def speed() -> float:
 
 _COLUMNS = 64  # right-hand sides solved at a time, which limits the dense workspace to 64 vectors
 _WORTH_THREADS = 1e12  # multiplications, a minute of one core; in fewer, threads wait for each other
-# From so many rows on a solid interior is dissected by the positions of its nodes (``fronts``). SuperLU,
-# which does not know these, needs larger factors, and a right-hand side for every contact displacement.
+# From so many rows on a solid interior is dissected by the positions of its nodes. SuperLU, which does not
+# know these, needs larger factors, and a right-hand side for every contact displacement.
 _LARGE = 4000
 
 
