@@ -8,18 +8,16 @@ from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 import skfem
-from numpy.typing import NDArray
 from scipy import sparse
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from shakedown.ground.argument_kinds import check_fields
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.joint.places import strips
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.condensation.surface_mesh import ContactSurface, rigid_rows
 
-IntArray = NDArray[np.intp]
 AXES = "xyz"
 
 

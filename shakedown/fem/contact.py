@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.spatial import KDTree
 
-from shakedown.fem.body import ElasticBody, IntArray, tied
+from shakedown.fem.body import ElasticBody, tied
 from shakedown.fem.loads import (
     Bolt,
     History,
@@ -23,7 +23,7 @@ from shakedown.fem.loads import (
 )
 from shakedown.fem.mesh import origin_text
 from shakedown.ground.argument_kinds import checked
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.joint.arguments import node_numbers, real_array
 from shakedown.joint.places import (

@@ -15,9 +15,9 @@ from scipy.sparse.linalg import ArpackNoConvergence, eigsh
 from skfem import BilinearForm, LinearForm
 from skfem.helpers import dot
 
-from shakedown.fem.body import ElasticBody, IntArray, Support, rigid_motion
+from shakedown.fem.body import ElasticBody, Support, rigid_motion
 from shakedown.ground.argument_kinds import check_fields
-from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError, SolverError
 from shakedown.joint.result import Result
 from shakedown.models.condensation.load_case import LoadCase, histories

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
-from shakedown.ground.constants import NEGLIGIBLE, THREE_DIGITS, FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, THREE_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.law import Layout
@@ -117,7 +117,6 @@ def _completed(normals: FloatArray, towards: FloatArray) -> FloatArray:
     return np.stack([first, np.cross(normals, first)], axis=1) + 0.0  # no -0.0
 
 
-IntArray = NDArray[np.intp]
 PLANE, SPACE = (1, 2), (1, 2, 3)  # directions of the contact nodes, unless others are given
 
 

@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial import KDTree
 
-from shakedown.ground.constants import NEGLIGIBLE, ROUND_OFF, THREE_DIGITS, FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, ROUND_OFF, THREE_DIGITS, FloatArray, IntArray
 from shakedown.models.condensation.surface_mesh import (
     CORNERS,
     ContactSurface,
     FacetBlock,
-    IntArray,
     changed_shapes,
     local_places,
     shapes,

@@ -21,7 +21,7 @@ from scipy.linalg.lapack import dpotrf
 from scipy.sparse.csgraph import dijkstra
 from scipy.sparse.linalg import ArpackError, SuperLU, splu
 
-from shakedown.ground.constants import FloatArray, memory
+from shakedown.ground.constants import FloatArray, IntArray, memory
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.ground.work_limit import all_cores, threads_of_blas
@@ -29,7 +29,6 @@ from shakedown.models.condensation.contact_frame import ContactFrame
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.condensation.stiffness_checks import Places, loose_motion
 
-IntArray = NDArray[np.intp]
 BYTES = np.dtype(float).itemsize
 LEAF = 60  # nodes eliminated together without further dissection
 LANDMARKS = 8  # nodes whose distances from all others replace unknown positions

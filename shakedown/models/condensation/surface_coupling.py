@@ -8,12 +8,11 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.ground.argument_kinds import checked
-from shakedown.ground.constants import NEGLIGIBLE, PER_CENT, ROUND_OFF, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, PER_CENT, ROUND_OFF, SIX_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.models.condensation.dual_basis import DualBasis, dual_basis, facet_pairs
 from shakedown.models.condensation.surface_mesh import (
     ContactSurface,
-    IntArray,
     NodeCoupling,
     exact_rotations,
     own_basis,

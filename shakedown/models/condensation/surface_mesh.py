@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from shakedown.ground.constants import ITERATIONS, NEGLIGIBLE, ROUND_OFF, FloatArray
+from shakedown.ground.constants import ITERATIONS, NEGLIGIBLE, ROUND_OFF, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.joint.arguments import real_array
 from shakedown.joint.places import split_face
@@ -119,9 +119,6 @@ def _square(place: FloatArray, count: int) -> FloatArray:
         corners = linear - 0.5 * (middle + np.roll(middle, 1, axis=-1)) - 0.25 * centre
         return np.concatenate([corners, middle, centre], axis=-1)
     return np.concatenate([linear - 0.5 * (middle + np.roll(middle, 1, axis=-1)), middle], axis=-1)
-
-
-IntArray = NDArray[np.intp]
 
 
 class FacetBlock(NamedTuple):
