@@ -35,9 +35,9 @@ from .ground.errors import ProblemError as ProblemError
 from .ground.errors import ShakedownError as ShakedownError
 from .ground.errors import SolverError as SolverError
 from .ground.errors import UsageError as UsageError
+from .ground.status import Outcome as Outcome
+from .ground.status import Status as Status
 from .ground.tolerances import Tolerances as Tolerances
-from .ground.work_limit import Outcome as Outcome
-from .ground.work_limit import Status as Status
 from .joint.hat_functions import averaged as averaged
 from .joint.problem import Problem as Problem
 from .long_term.conjugate_displacement import conjugate_displacement as conjugate_displacement

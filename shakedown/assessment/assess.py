@@ -14,8 +14,8 @@ from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
 from shakedown.ground.errors import Missing
 from shakedown.ground.shown_values import plain, short
+from shakedown.ground.status import Outcome, Said, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Outcome, Said, Status
 from shakedown.joint.arguments import checked, checked_initial_slip
 from shakedown.joint.hat_functions import averaged
 from shakedown.joint.problem import Problem

@@ -16,8 +16,8 @@ from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.constants import CYCLES, NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError, allowed
 from shakedown.ground.shown_values import plain, short, shortened, with_unit
+from shakedown.ground.status import OPEN, Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import OPEN, Outcome
 from shakedown.joint.arguments import (
     check_load_factor,
     checked,

@@ -25,8 +25,8 @@ from shakedown.bounds.upper import upper_bound
 from shakedown.ground.constants import EACH_SHOWN, MUCH, FloatArray
 from shakedown.ground.errors import Missing, SolverError, present, sought
 from shakedown.ground.shown_values import plain, short
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Status
 from shakedown.joint.arguments import NO_SIGNS, checked, in_the_plane_only
 from shakedown.joint.constraints import constraints, through_transient
 from shakedown.joint.contact_surface import surface_of

@@ -17,7 +17,7 @@ from shakedown.ground.argument_kinds import check_count, check_seed, checked
 from shakedown.ground.constants import MANY, NEGLIGIBLE, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import Missing, present, sought
 from shakedown.ground.shown_values import FEW_DIGITS
-from shakedown.ground.work_limit import Status
+from shakedown.ground.status import Status
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.constraints import loading, transient_path
 from shakedown.joint.fields import LOOP

@@ -13,8 +13,8 @@ from shakedown.bounds.energy.ball_limits import BallLimits, EnergyMetric, ball_l
 from shakedown.ground.constants import EPS, NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import DIGITS, plain
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Status
 from shakedown.joint.arguments import checked, require_plane
 from shakedown.joint.constraints import Side, loading, transient_path
 from shakedown.joint.contact_zone import Zone, contact_zone, coupled_parts

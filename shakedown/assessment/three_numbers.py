@@ -8,8 +8,8 @@ import numpy as np
 from shakedown.bounds.bound_result import Bound
 from shakedown.ground.constants import CONE, FloatArray
 from shakedown.ground.errors import Missing
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Status
 from shakedown.joint.constraints import Side, constraints, loading, step_loads
 from shakedown.joint.problem import Problem
 from shakedown.programs.cone_rays import leaves_cone

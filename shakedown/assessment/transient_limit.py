@@ -17,8 +17,9 @@ from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.constants import FOUR_DIGITS, MANY, SIX_DIGITS, THREE_DIGITS, FloatArray
 from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.shown_values import down
+from shakedown.ground.status import Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Outcome, Status, on_one_thread
+from shakedown.ground.work_limit import on_one_thread
 from shakedown.joint.arguments import checked, checked_initial_slip, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result

@@ -28,8 +28,9 @@ from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.constants import CYCLES, MANY
 from shakedown.ground.errors import Missing, UsageError, present
 from shakedown.ground.shown_values import at_lambda, nodes_in_words, plain, short
+from shakedown.ground.status import Guarantee, Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Guarantee, Outcome, all_cores, limited_work, on_one_thread
+from shakedown.ground.work_limit import all_cores, limited_work, on_one_thread
 from shakedown.joint.arguments import check_load_factor, checked, require_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result

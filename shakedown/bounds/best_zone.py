@@ -15,8 +15,8 @@ from shakedown.bounds.discs.scaled_solution import safest
 from shakedown.bounds.largest_load_factor import largest_load_factor
 from shakedown.ground.constants import ALL_PAIRS_UP_TO, ALL_SUBSETS_UP_TO, CONE, NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import Missing, UsageError, sought
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Status
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.constraints import by_side, loading
 from shakedown.joint.contact_zone import Zone, contact_zone, coupled_parts

@@ -9,7 +9,7 @@ import numpy as np
 from shakedown.bounds.registry import BOUNDS
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.shown_values import plain
-from shakedown.ground.work_limit import Status
+from shakedown.ground.status import Status
 from shakedown.joint.result import Result
 
 NO_SLIP = np.zeros(0)

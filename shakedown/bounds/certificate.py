@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from shakedown.ground.constants import SETTLED, FloatArray
 from shakedown.ground.errors import Missing
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Status
 from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import Constraints, constraints, loading, pressure_stiffness, rows_of
 from shakedown.joint.law import Law

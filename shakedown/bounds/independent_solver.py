@@ -15,8 +15,8 @@ from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
 from shakedown.bounds.discs.scaled_solution import scaled_discs
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import Missing, sought
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Status
 from shakedown.joint.arguments import NO_SIDES, checked, node_numbers, require_plane
 from shakedown.joint.constraints import Constraints, Side, constraints
 from shakedown.joint.contact_zone import contact_zone

@@ -37,8 +37,8 @@ from shakedown.bounds.discs.scaled_solution import (
 )
 from shakedown.ground.constants import CONE, LARGE, NEGLIGIBLE, ROUND_OFF, FloatArray
 from shakedown.ground.errors import Missing, SolverError, sought
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
-from shakedown.ground.work_limit import Status
 from shakedown.joint.problem import Problem
 from shakedown.programs.program import NOWHERE, Solution
 from shakedown.programs.simplex import solve, widest

@@ -7,7 +7,7 @@ from shakedown.bounds.upper import safe_slip
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import shortened
-from shakedown.ground.work_limit import Status
+from shakedown.ground.status import Status
 from shakedown.joint.arguments import check_load_factor, checked, require_problem
 from shakedown.joint.problem import Problem
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.constants import FloatArray
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Status
 from shakedown.joint.arguments import checked, checked_initial_slip
 from shakedown.joint.constraints import loading
 from shakedown.joint.problem import Problem

@@ -25,8 +25,8 @@ from shakedown.bounds.discs.scaled_solution import safest
 from shakedown.bounds.largest_load_factor import largest_load_factor, relieving
 from shakedown.ground.constants import CONE, LARGE, FloatArray
 from shakedown.ground.errors import Missing, sought
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Status
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.constraints import Constraints, transient_path
 from shakedown.joint.contact_zone import Part, Zone, contact_zone, coupled_parts, of_slips, weakest

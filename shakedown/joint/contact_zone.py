@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError, UsageError
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Status
 from shakedown.joint.arguments import node_numbers, once_per_problem
 from shakedown.joint.constraints import (
     Constraints,

@@ -16,8 +16,9 @@ from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.constants import BATCH, CYCLES, MANY, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import nodes_in_words
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Outcome, on_one_thread, work_again
+from shakedown.ground.work_limit import on_one_thread, work_again
 from shakedown.joint.arguments import (
     check_arguments,
     checked,

@@ -7,8 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.constants import BATCH, DISTINCT, RESOLVED, FloatArray
 from shakedown.ground.shown_values import count, cycles_in_words, nodes_in_words
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
-from shakedown.ground.work_limit import Outcome
 from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import can_drift

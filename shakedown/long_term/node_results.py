@@ -12,8 +12,8 @@ from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import with_unit
+from shakedown.ground.status import OPEN, Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import OPEN, Outcome
 from shakedown.joint.arguments import checked, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of

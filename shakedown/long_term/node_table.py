@@ -14,7 +14,7 @@ from shakedown.files.vtk_points import write_points
 from shakedown.ground.constants import LARGEST_LABEL, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import plain, with_unit
-from shakedown.ground.work_limit import Outcome
+from shakedown.ground.status import Outcome
 from shakedown.joint.arguments import checked
 from shakedown.joint.places import wound
 from shakedown.joint.problem import Problem

@@ -15,8 +15,9 @@ from shakedown.bounds.upper import upper_bound
 from shakedown.ground.constants import ERROR_FACTOR, NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.shown_values import short
+from shakedown.ground.status import OPEN, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import OPEN, Status, on_one_thread
+from shakedown.ground.work_limit import on_one_thread
 from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import first_load, loading, loop_path, transient_path
 from shakedown.joint.problem import Problem

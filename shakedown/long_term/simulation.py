@@ -15,8 +15,8 @@ from shakedown.files.atomic_write import atomic_write
 from shakedown.ground.constants import CYCLES, DISTINCT, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import count, cycles_in_words, nodes_in_words, short
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Outcome
 from shakedown.joint.arguments import check_arguments, checked, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result

@@ -14,7 +14,8 @@ from shakedown.bounds.plane_or_space import holding_ball_sooner, takes_long
 from shakedown.bounds.registry import BOUNDS
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import Missing, UsageError, sought
-from shakedown.ground.work_limit import Outcome, on_one_thread
+from shakedown.ground.status import Outcome
+from shakedown.ground.work_limit import on_one_thread
 from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.contact_zone import coupled_parts, of_nodes
 from shakedown.joint.problem import Problem

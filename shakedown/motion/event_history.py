@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import UsageError
+from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import OPEN
 from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result

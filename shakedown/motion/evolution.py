@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
+from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import OPEN, count_work, work_is_left
+from shakedown.ground.work_limit import count_work, work_is_left
 from shakedown.joint.arguments import check_arguments, checked, checked_damping, require_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result

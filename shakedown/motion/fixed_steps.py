@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from shakedown.ground.constants import DIRECTIONS, HALVINGS, NEWTON_ROUNDS, ROUND_OFF, SETTLED, FloatArray
 from shakedown.ground.named_state import borrowing, entered, inner
+from shakedown.ground.status import NO_STATE, OPEN, SLIP, STICK
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import NO_STATE, OPEN, SLIP, STICK
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem

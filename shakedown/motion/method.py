@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
+from shakedown.ground.status import BACKWARD_SLIP, OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import BACKWARD_SLIP, OPEN
 from shakedown.joint.arguments import checked_initial_slip
 from shakedown.joint.constraints import first_load, loop_path, ramp_start, transient_path
 from shakedown.joint.contact_zone import contact_zone

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.constants import NEGLIGIBLE, NEWTON_ROUNDS, PER_CENT, ROUND_OFF, SIX_DIGITS, FloatArray
+from shakedown.ground.status import OPEN, STICK
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.ground.work_limit import OPEN, STICK
 from shakedown.joint.law import Law
 from shakedown.motion.checked_law import Scales, law_violation, reaction_round_off
 

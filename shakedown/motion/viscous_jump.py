@@ -31,7 +31,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.constants import NEGLIGIBLE, PER_CENT, SETTLED, SIX_DIGITS, FloatArray
-from shakedown.ground.work_limit import BY_BLAS, OPEN, count_work, work_is_left
+from shakedown.ground.status import OPEN
+from shakedown.ground.work_limit import BY_BLAS, count_work, work_is_left
 from shakedown.joint.result import Result
 from shakedown.motion.checked_law import law_violation, reaction_round_off
 from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED, Precision, course

@@ -13,7 +13,7 @@ from shakedown.assessment.transient_limit import SlipLimit
 from shakedown.ground.constants import NEGLIGIBLE, ROUND_OFF, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import DIGITS, few, with_unit
-from shakedown.ground.work_limit import OPEN
+from shakedown.ground.status import OPEN
 from shakedown.joint.arguments import checked, require_plane, require_problem
 from shakedown.joint.contact_surface import flanks
 from shakedown.joint.problem import Problem

@@ -10,7 +10,7 @@ from shakedown.assessment.damping import DampingCurve
 from shakedown.ground.constants import EACH_SHOWN, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import down, few, shortened, sized, with_unit
-from shakedown.ground.work_limit import Outcome
+from shakedown.ground.status import Outcome
 from shakedown.joint.arguments import checked, require_plane, require_problem
 from shakedown.joint.constraints import loading
 from shakedown.joint.problem import Problem

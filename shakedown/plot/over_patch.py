@@ -11,7 +11,7 @@ from matplotlib.tri import Triangulation
 
 from shakedown.ground.constants import THREE_DIGITS, FloatArray
 from shakedown.ground.shown_values import SHORT_DIGITS, sized, with_unit
-from shakedown.ground.work_limit import OPEN, SLIP, STICK
+from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.joint.arguments import checked
 from shakedown.joint.constraints import loading
 from shakedown.joint.problem import Problem

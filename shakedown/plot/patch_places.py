@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from shakedown.ground.constants import PER_CENT, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import with_unit
-from shakedown.ground.work_limit import STICK
+from shakedown.ground.status import STICK
 from shakedown.joint.arguments import once_per_problem, require_problem
 from shakedown.joint.contact_patches import TURN, contact_patches
 from shakedown.joint.problem import Problem

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from shakedown.ground.constants import SIX_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import few, with_unit
-from shakedown.ground.work_limit import OPEN
+from shakedown.ground.status import OPEN
 from shakedown.joint.arguments import in_the_plane_only, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result

@@ -11,7 +11,7 @@ from shakedown.bounds.upper import upper_bound
 from shakedown.ground.constants import EACH_SHOWN, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import at_lambda, few, with_unit
-from shakedown.ground.work_limit import OPEN, STICK, Status
+from shakedown.ground.status import OPEN, STICK, Status
 from shakedown.joint.arguments import check_load_factor, checked, require_plane
 from shakedown.joint.constraints import SIDE_NAMES, Constraints, Side, constraints
 from shakedown.joint.problem import Problem

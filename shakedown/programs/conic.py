@@ -13,7 +13,7 @@ from scipy import sparse
 
 from shakedown.ground.constants import CONE, FloatArray
 from shakedown.ground.errors import SolverError, UsageError
-from shakedown.ground.work_limit import Status
+from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.program import Program, ProgramScales, Sides, Solution, columnwise
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from shakedown.ground.constants import FloatArray
-from shakedown.ground.work_limit import Status
+from shakedown.ground.status import Status
 from shakedown.programs.program import INF, Meeting, Point, Program
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.constants import ROUND_OFF, FloatArray
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Status
 
 _HALFWAY = sqrt(0.5)  # halfway between two powers of two, on the scale of exponents
 

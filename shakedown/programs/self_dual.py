@@ -17,7 +17,8 @@ from shakedown.ground.constants import (
     FloatArray,
 )
 from shakedown.ground.errors import SolverError
-from shakedown.ground.work_limit import Status, on_one_thread
+from shakedown.ground.status import Status
+from shakedown.ground.work_limit import on_one_thread
 from shakedown.programs.disc_program import DiscProgram, Scaling, Solve
 
 Newton = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]

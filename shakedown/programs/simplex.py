@@ -12,8 +12,8 @@ from scipy.linalg import cholesky, solve_triangular
 
 from shakedown.ground.constants import CONE, DENSE_FROM, ROUND_OFF, FloatArray
 from shakedown.ground.errors import SolverError
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Status
 from shakedown.programs.conic import by_clarabel
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.exact_program import cleaned, polished, sharpened

@@ -14,7 +14,7 @@ from shakedown.assessment.verify import Run, Verification
 from shakedown.ground.constants import EACH_SHOWN, SIX_DIGITS
 from shakedown.ground.errors import present
 from shakedown.ground.shown_values import at_lambda, sized
-from shakedown.ground.work_limit import OPEN, STICK, Outcome
+from shakedown.ground.status import OPEN, STICK, Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.long_term.conjugate_displacement import load_loops

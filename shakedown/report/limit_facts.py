@@ -21,7 +21,7 @@ from shakedown.ground.shown_values import (
     sized,
     with_unit,
 )
-from shakedown.ground.work_limit import Said, Status
+from shakedown.ground.status import Said, Status
 from shakedown.joint.constraints import SIDE_NAMES, loading
 from shakedown.joint.units import units_of, varying_loads_in_words
 from shakedown.report import facts, notes

@@ -14,7 +14,7 @@ import numpy as np
 
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, count, few, shortened, sized, with_unit
-from shakedown.ground.work_limit import Outcome, Said
+from shakedown.ground.status import Outcome, Said
 from shakedown.joint.units import is_pulled_everywhere, loads_in_words, units_of
 from shakedown.report import notes
 from shakedown.report.data_facts import (

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from shakedown.bounds.registry import BOUNDS, Claim
 from shakedown.ground.constants import EACH_SHOWN
 from shakedown.ground.shown_values import DIGITS, at_lambda, count, few, shortened, sized, with_unit
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.ground.work_limit import Outcome
 from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.joint.units import units_of

@@ -12,7 +12,7 @@ from shakedown.bounds.upper import upper_bound
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.shown_values import plain
-from shakedown.ground.work_limit import Outcome
+from shakedown.ground.status import Outcome
 from shakedown.joint.constraints import constraints
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result

@@ -18,8 +18,8 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.constants import EPS, MANY, SIX_DIGITS, THREE_DIGITS, FloatArray
 from shakedown.ground.errors import BudgetExceeded, Missing, UsageError, allowed
 from shakedown.ground.shown_values import few, nodes_in_words, shortened, up
+from shakedown.ground.status import Guarantee, Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Guarantee, Outcome, Status
 from shakedown.joint.arguments import is_finite, real_array, require_problem
 from shakedown.joint.constraints import Loading, loading
 from shakedown.joint.problem import Problem

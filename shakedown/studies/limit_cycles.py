@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.shown_values import SHORT_DIGITS, sized
-from shakedown.ground.work_limit import Outcome
+from shakedown.ground.status import Outcome
 from shakedown.joint.result import Result
 from shakedown.joint.units import units_of
 from shakedown.motion.checked_law import length_scales, path_accuracy, path_resolution, scales

@@ -18,8 +18,9 @@ from shakedown.files.atomic_write import atomic_write, check_target, pieces_besi
 from shakedown.ground.constants import CYCLES, FloatArray
 from shakedown.ground.errors import ProblemError, UsageError
 from shakedown.ground.shown_values import visible
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Outcome, all_cores
+from shakedown.ground.work_limit import all_cores
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import long_term_states

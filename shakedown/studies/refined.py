@@ -22,7 +22,7 @@ from shakedown.files.atomic_write import check_table, write_table
 from shakedown.ground.constants import PER_CENT, THREE_DIGITS, FloatArray
 from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.shown_values import plain, short, shortened
-from shakedown.ground.work_limit import Outcome
+from shakedown.ground.status import Outcome
 from shakedown.joint.arguments import check_load_factor, checked, is_finite, real_array, require_problem
 from shakedown.joint.contact_surface import element_count
 from shakedown.joint.hat_functions import averaged

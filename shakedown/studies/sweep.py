@@ -19,8 +19,8 @@ from shakedown.files.atomic_write import check_table, write_table
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ShakedownError, UsageError
 from shakedown.ground.shown_values import plain, shortened, with_unit
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Status
 from shakedown.joint.arguments import check_load_factor, checked, real_array
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result, frame

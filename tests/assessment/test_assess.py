@@ -12,7 +12,7 @@ from benchmarks.problems import random_problem
 from shakedown.assessment.three_numbers import admitted_up_to
 from shakedown.bounds import upper as upper_module
 from shakedown.bounds.accumulated import accumulated_bound as accumulated_module
-from shakedown.ground.work_limit import Said
+from shakedown.ground.status import Said
 from shakedown.joint.constraints import loading
 from tests.joints import any_joint
 

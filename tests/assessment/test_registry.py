@@ -14,7 +14,7 @@ from command import run
 import shakedown
 from shakedown.bounds.bound_result import Evidence
 from shakedown.bounds.registry import BOUNDS, BoundKind, Claim, kinds_of
-from shakedown.ground.work_limit import Status
+from shakedown.ground.status import Status
 
 
 @dataclass(frozen=True, eq=False, repr=False)

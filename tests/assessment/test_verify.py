@@ -19,8 +19,8 @@ from shakedown.assessment.plan import (
     region_of,
 )
 from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.ground.work_limit import Status
 from shakedown.report.limit_facts import limits_table, solve_sheet
 
 TWO = shakedown.example("two-node")

@@ -8,7 +8,7 @@ from benchmarks.drawn_joints import drawn_joint_in_space
 from benchmarks.uncoupled_parts import in_units, joined, pair
 from shakedown.assessment.sensitivities import sensitivities
 from shakedown.bounds.energy.energy_ball import energy_ball
-from shakedown.ground.work_limit import Status
+from shakedown.ground.status import Status
 
 LIMITS = {
     "λ_U": shakedown.universal_bound,

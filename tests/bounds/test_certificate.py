@@ -12,7 +12,7 @@ from benchmarks.problems import joint
 from benchmarks.rational_reference import fraction_rows, solve_fractions
 from shakedown import Problem
 from shakedown.bounds import largest_load_factor
-from shakedown.ground.work_limit import Status
+from shakedown.ground.status import Status
 from shakedown.joint.constraints import constraints
 from shakedown.programs.program import Program, Solution
 

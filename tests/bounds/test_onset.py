@@ -10,7 +10,7 @@ from joints_in_space import random_joint
 import shakedown
 from shakedown import Problem
 from shakedown.bounds.onset import first_opening, first_slip
-from shakedown.ground.work_limit import Status
+from shakedown.ground.status import Status
 from shakedown.joint.constraints import loop_path, transient_path
 
 NEAR = 1e-6

@@ -6,7 +6,7 @@ from joints import walking
 from joints_in_space import embedded
 
 import shakedown
-from shakedown.ground.work_limit import OPEN, STICK
+from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import State
 from shakedown.motion.plane.moving_state import follow_derivative

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
-from shakedown.ground.work_limit import Outcome
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.space.followed_cycles import SearchRules
 from shakedown.long_term.space.recurrence_leaps import recurrence_of

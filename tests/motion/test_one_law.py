@@ -10,7 +10,7 @@ import pytest
 from joints_in_space import random_joint
 
 import shakedown
-from shakedown.ground.work_limit import OPEN, STICK
+from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.checked_law import law_resolution, scales
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.evolution import Evolution

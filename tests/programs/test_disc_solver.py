@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from shakedown.ground.errors import SolverError
-from shakedown.ground.work_limit import Status
+from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.self_dual import solve_discs
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.ground.work_limit import OPEN, SLIP
+from shakedown.ground.status import OPEN, SLIP
 from shakedown.report.data_facts import source_facts
 from shakedown.report.figures import instants, state_pictures
 from shakedown.report.html import render

@@ -33,7 +33,7 @@ from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO, Exact, exact_num
 from shakedown.ground.argument_kinds import written
 from shakedown.ground.constants import FOUR_DIGITS, ROUND_OFF, SEVEN_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.work_limit import Status
+from shakedown.ground.status import Status
 from shakedown.joint.arguments import check_load_factor, checked, checked_initial_slip, real_array
 from shakedown.joint.constraints import loading, transient_path
 from shakedown.joint.law import Law

@@ -21,8 +21,8 @@ from shakedown.bounds.collapse.proof_status import GuaranteeEvidence, GuaranteeS
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.constants import ITERATIONS, NEGLIGIBLE, SETTLED, FloatArray
 from shakedown.ground.errors import Missing, sought
+from shakedown.ground.status import Guarantee, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Guarantee, Status
 from shakedown.joint.arguments import NO_SIDES, checked, require_plane
 from shakedown.joint.constraints import Constraints, by_side, constraints, rows_named, rows_of
 from shakedown.joint.problem import Problem

@@ -19,8 +19,8 @@ from shakedown.bounds.uniqueness.coupling import Uniqueness, coupling, differenc
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import Missing, sought
 from shakedown.ground.shown_values import up
+from shakedown.ground.status import Guarantee
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Guarantee
 from shakedown.joint.constraints import constraints, step_loads
 from shakedown.joint.contact_zone import coupled_parts
 from shakedown.joint.problem import Problem

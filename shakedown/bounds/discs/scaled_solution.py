@@ -20,8 +20,8 @@ from shakedown.ground.constants import (
     SIX_DIGITS,
     FloatArray,
 )
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Status
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips
 from shakedown.programs.disc_program import DiscProgram

@@ -24,8 +24,8 @@ from shakedown.ground.constants import (
     FloatArray,
 )
 from shakedown.ground.errors import Missing, SolverError, sought
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
-from shakedown.ground.work_limit import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.program import typical_size
 from shakedown.programs.self_dual import Enough, Points, SelfDualSolution, never, solve_discs

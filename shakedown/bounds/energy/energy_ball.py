@@ -20,8 +20,8 @@ from shakedown.bounds.energy.ball_limits import (
 from shakedown.bounds.energy.ball_search import ball_around, full_share, held_by_none, largest_ball, widest
 from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.ground.errors import UsageError
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Status
 from shakedown.joint.arguments import (
     check_load_factor,
     checked,

@@ -34,8 +34,8 @@ from shakedown.bounds.energy.energy_ball import (
 from shakedown.bounds.energy.exact_check import ExactBall
 from shakedown.ground.constants import NEGLIGIBLE, SETTLED, FloatArray
 from shakedown.ground.errors import Missing, UsageError, sought
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Status
 from shakedown.joint.arguments import checked, checked_initial_slip
 from shakedown.joint.contact_zone import Part, Zone, contact_zone, coupled_parts, of_slips, weakest
 from shakedown.joint.problem import Problem

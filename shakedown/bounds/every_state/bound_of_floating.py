@@ -16,8 +16,8 @@ from shakedown.bounds.every_state.least_pressures import (
 from shakedown.bounds.every_state.rates import ScaledJoint, rigid_rates
 from shakedown.bounds.largest_load_factor import largest_load_factor
 from shakedown.ground.constants import EPS, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS, FloatArray
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
-from shakedown.ground.work_limit import Status
 from shakedown.joint.constraints import Constraints
 from shakedown.joint.law import Law
 from shakedown.joint.rigid_slips import RigidSlips

@@ -23,8 +23,8 @@ from shakedown.bounds.every_state.rates import ScaledJoint, scaled_joint, unique
 from shakedown.bounds.uniqueness.coupling import Uniqueness
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import Missing, UsageError, present, sought
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import Status
 from shakedown.joint.arguments import checked
 from shakedown.joint.contact_zone import Part, coupled_parts, weakest
 from shakedown.joint.problem import Problem

@@ -15,7 +15,7 @@ from scipy.linalg import schur, solve_sylvester
 
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.named_state import Integers, NamedState, Reals, inner, summing
-from shakedown.ground.work_limit import OPEN, STICK
+from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.plane.active_set import ActiveSet, larger
 from shakedown.motion.plane.moving_state import PlaneMotion
 

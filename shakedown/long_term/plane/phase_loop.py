@@ -4,7 +4,7 @@ import numpy as np
 
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.named_state import call_at, entered, inner
-from shakedown.ground.work_limit import BACKWARD_SLIP, STICK
+from shakedown.ground.status import BACKWARD_SLIP, STICK
 from shakedown.long_term.plane.period_map import (
     along_basis,
     begin_map,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.named_state import Flags, Hash, Integers, NamedState, Reals, inner
-from shakedown.ground.work_limit import OPEN
+from shakedown.ground.status import OPEN
 from shakedown.long_term.plane.period_map import PeriodMap
 from shakedown.motion.course import HASH_PRIME, JUMPS, Course, code_of
 from shakedown.motion.plane.active_set import ActiveSet, add_product, larger

@@ -5,7 +5,7 @@ from math import nan
 import numpy as np
 
 from shakedown.ground.constants import ERROR_FACTOR, MUCH, FloatArray
-from shakedown.ground.work_limit import OPEN
+from shakedown.ground.status import OPEN
 from shakedown.joint.rigid_slips import free_stiffness
 from shakedown.long_term.space.decay import Decay, Period
 from shakedown.long_term.space.followed_cycles import FollowedCycles, Position, signatures

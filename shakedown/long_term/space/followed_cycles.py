@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.ground.constants import FloatArray
-from shakedown.ground.work_limit import OPEN
+from shakedown.ground.status import OPEN
 from shakedown.long_term.space.decay import Period
 from shakedown.long_term.space.measure import Measure, measure_of
 from shakedown.motion.evolution import Evolution

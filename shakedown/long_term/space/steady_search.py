@@ -27,8 +27,9 @@ from shakedown.ground.constants import (
 )
 from shakedown.ground.errors import Missing, allowed
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words, short
+from shakedown.ground.status import OPEN, Outcome
 from shakedown.ground.tolerances import Tolerances
-from shakedown.ground.work_limit import OPEN, Outcome, on_one_thread, work_again
+from shakedown.ground.work_limit import on_one_thread, work_again
 from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import transient_path
 from shakedown.joint.problem import Problem

@@ -55,7 +55,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.ground.named_state import Integers, NamedState, Reals, entered, inner, summing
-from shakedown.ground.work_limit import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
+from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
 
 
 class ActiveSet(NamedState):

@@ -50,7 +50,7 @@ from numba import types
 
 from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.ground.named_state import address_of, entered, handed_on, inner
-from shakedown.ground.work_limit import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
+from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
 from shakedown.motion.course import (
     CLOSES,
     DONE,

@@ -18,7 +18,7 @@ import numpy as np
 
 from shakedown.ground.constants import ROUND_OFF, SEVEN_DIGITS
 from shakedown.ground.named_state import entered, inner, summing
-from shakedown.ground.work_limit import OPEN, STICK
+from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.course import (
     DONE,
     HASH_PRIME,

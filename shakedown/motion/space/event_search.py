@@ -10,7 +10,7 @@ import numpy as np
 
 from shakedown.ground.constants import HALVINGS, FloatArray
 from shakedown.ground.named_state import inner, summing
-from shakedown.ground.work_limit import OPEN, STICK
+from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.course import CLOSES, OPENS
 from shakedown.motion.space.smooth_step import find_curve
 from shakedown.motion.space.space_run import DEGREE, REACHES_LIMIT, STOPS, SpaceMotion, SpaceRun

@@ -16,7 +16,8 @@ import numpy as np
 
 from shakedown.ground.constants import DIRECTIONS, NEGLIGIBLE, ROUND_OFF, FloatArray
 from shakedown.ground.named_state import inner, summing
-from shakedown.ground.work_limit import BY_BLAS, OPEN, SLIP, STICK
+from shakedown.ground.status import OPEN, SLIP, STICK
+from shakedown.ground.work_limit import BY_BLAS
 from shakedown.motion.course import CLOSES, ENUMERABLE, OPENS, Course
 from shakedown.motion.space.space_run import CompiledJoint, Slipping, SpaceMotion, SpaceRates, SpaceRun
 from shakedown.motion.space.speeds import (

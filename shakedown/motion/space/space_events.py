@@ -23,8 +23,9 @@ from shakedown.ground.constants import (
     THREE_DIGITS,
     FloatArray,
 )
+from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.ground.tolerances import Tolerances
-from shakedown.ground.work_limit import BY_BLAS, OPEN, SLIP, STICK, count_work
+from shakedown.ground.work_limit import BY_BLAS, count_work
 from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import Scales, swing

@@ -24,7 +24,8 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from shakedown.ground.constants import FOUR_DIGITS, ROUND_OFF, FloatArray
 from shakedown.ground.named_state import Shorts, inner, summing
-from shakedown.ground.work_limit import BY_BLAS, OPEN
+from shakedown.ground.status import OPEN
+from shakedown.ground.work_limit import BY_BLAS
 from shakedown.motion.course import Course
 from shakedown.motion.space.space_run import (
     CompiledJoint,

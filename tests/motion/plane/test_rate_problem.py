@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from shakedown.ground.named_state import entered
-from shakedown.ground.work_limit import OPEN, STICK
+from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.plane.active_set import (
     AIR,
     APEX,
