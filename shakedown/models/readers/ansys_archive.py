@@ -13,7 +13,7 @@ from shakedown.models.readers.mesh import CORNERS, Element, Mesh
 from shakedown.models.readers.mesh_files import mesh_with_groups
 from shakedown.models.readers.text import integers, number, quoted, read_lines, unfit
 
-_BLOCK = re.compile(r"([NE]BLOCK|CMBLOCK)\s*,\s*([^,]*)(?:,\s*([A-Z]*))?", re.IGNORECASE)
+_BLOCK = re.compile(r"([NE]BLOCK|CMBLOCK)\s*,\s*([^,]*)(?:,\s*([A-Z]*)(?:\s*,\s*(\d{1,9}))?)?", re.IGNORECASE)
 _LAYOUT = re.compile(r"\((\d{1,2})i(\d{1,2})(?:,(\d{1,2})[eg](\d{1,2}))?", re.IGNORECASE)
 _TYPE = re.compile(r"ET\s*,\s*(\d{1,9})\s*,\s*(\d{1,9})", re.IGNORECASE)
 _REVOLVED = re.compile(r"KEYO\w*\s*,\s*(\d{1,9})\s*,\s*3\s*,\s*1\b", re.IGNORECASE)
@@ -43,7 +43,8 @@ def read_ansys_archive(path: str | os.PathLike[str]) -> Mesh:
     Raises
     ------
     ProblemError
-        If a line is malformed, a node is there twice, or a component or an element has nodes that are none.
+        If a line is malformed, a node is there twice, a component or an element has nodes that are none, or
+        a component is not as long as its first line says.
     """
     name, lines = os.fspath(path), read_lines(path)
     places: list[tuple[int, list[float]]] = []
@@ -65,6 +66,8 @@ def read_ansys_archive(path: str | os.PathLike[str]) -> Mesh:
         elif what == "CMBLOCK" and kind in sets:
             where = f"{name}: component {quoted(block[2])}"
             members = [label for _, text in rows for label in _labels(text, width, where)]
+            if block[4] and len(members) != int(block[4]):
+                raise unfit(where, f"{block[4]} numbers, as its first line says", len(members))
             sets[kind][block[2].strip().upper()] = _component(members, where)
         elif what == "EBLOCK" and kind == "SOLI":
             cells += _cells(rows, width)

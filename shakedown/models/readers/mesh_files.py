@@ -17,8 +17,8 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from shakedown.ground.constants import IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.formats import OF_MODEL, Format
 from shakedown.models.readers.mesh import SOLIDS, Element, Mesh
@@ -28,6 +28,7 @@ from shakedown.models.readers.text import (
     numbers,
     open_input,
     quoted,
+    read_bytes,
     read_lines,
     unfit,
 )
@@ -66,8 +67,9 @@ _NODE, _ELEMENT, _EACH = 7, 8, 4  # kinds of members of a group, and how many nu
 def read_by_meshlane(path: str | os.PathLike[str], kind: str | None = None) -> Mesh:
     """Read a mesh with its groups of nodes, of elements and of their sides.
 
-    Nodes are numbered from 1 in the order of the file. A file without groups, as VTU is, has a set for each
-    value of the whole numbers on its cells and points.
+    Nodes have the numbers that a Gmsh file gives them; those of other files are numbered from 1 in their
+    order. A file without groups, as VTU is, has a set for each value of the whole numbers on its cells and
+    points.
 
     Parameters
     ----------
@@ -93,7 +95,11 @@ def read_by_meshlane(path: str | os.PathLike[str], kind: str | None = None) -> M
     try:
         with redirect_stdout(said), redirect_stderr(said), warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return _of_cells(meshlane.read(path, kind), name)
+            raw = meshlane.read(path, kind)
+            labels = (
+                _gmsh_labels(path, len(raw.points)) if kind == "gmsh" else np.arange(1, len(raw.points) + 1)
+            )
+            return _of_cells(raw, labels, name)
     except Exception as error:  # whatever a reader of meshlane raises on a damaged file
         reason = str(error) or type(error).__name__
     except SystemExit:  # meshlane ends the program where no reader takes the file
@@ -101,22 +107,50 @@ def read_by_meshlane(path: str | os.PathLike[str], kind: str | None = None) -> M
     raise ProblemError(f"{name}: cannot be read as a mesh ({quoted(reason)[1:-1]})") from None
 
 
-def _of_cells(raw: Any, name: str) -> Mesh:
+def _gmsh_labels(path: str | os.PathLike[str], count: int) -> IntArray:
+    """The numbers of the nodes of a Gmsh file, which meshlane drops.
+
+    Raises
+    ------
+    ProblemError
+        If a binary file numbers its nodes otherwise than 1 ... n; Mesh.Binary = 0 makes Gmsh write text.
+    """
+    head, _, rest = read_bytes(path).partition(b"$Nodes")
+    version, binary = head.partition(b"$MeshFormat")[2].split()[:2]
+    if binary != b"0":  # meshlane takes no other numbers than 1 to n in files of version 2
+        least, most = np.frombuffer(rest[17:33], np.uint64).tolist() if version == b"4.1" else (1, count)
+        if (least, most) != (1, count):
+            raise unfit("binary file", f"nodes 1 to {count}", f"{least} to {most}")
+        return np.arange(1, count + 1)
+    words = rest.partition(b"$EndNodes")[0].split()
+    if version[:1] == b"2":
+        return np.array(words[1::4], dtype=np.intp)
+    labels: list[bytes] = []
+    at = 2 if version == b"4.0" else 4
+    while at < len(words):
+        own = int(words[at + 3])
+        block = words[at + 4 : at + 4 * (own + 1)]
+        labels += block[::4] if version == b"4.0" else block[:own]
+        at += 4 * (own + 1)
+    return np.array(labels, dtype=np.intp)
+
+
+def _of_cells(raw: Any, labels: IntArray, name: str) -> Mesh:
     """The mesh of what meshlane has read."""
     xyz = np.zeros((len(raw.points), 3))
     xyz[:, : raw.points.shape[1]] = raw.points
     blocks = [(_SHAPES.get(block.type, block.type), block.data) for block in raw.cells]
-    elements = [(shape, tuple(int(node) + 1 for node in own)) for shape, data in blocks for own in data]
+    elements = [(shape, tuple(labels[own].tolist())) for shape, data in blocks for own in data]
     first = np.cumsum([1, *(len(data) for _, data in blocks)])
     if not raw.cell_sets and not raw.point_sets:
         _sets_of_numbers(raw)
-    members: dict[str, NDArray[np.intp]] = {}
+    members: dict[str, IntArray] = {}
     for key, parts in raw.cell_sets.items():
         own = [start + part for start, part in zip(first, parts, strict=False) if part is not None]
         if not key.startswith("gmsh:"):
             members[key] = np.concatenate(own)
-    mesh = Mesh.of_nodes(np.arange(1, len(xyz) + 1), xyz, name)
-    of_nodes = {key: np.asarray(own) + 1 for key, own in raw.point_sets.items()}
+    mesh = Mesh.of_nodes(labels, xyz, name)
+    of_nodes = {key: labels[own] for key, own in raw.point_sets.items()}
     return mesh_with_groups(mesh, dict(enumerate(elements, start=1)), members, of_nodes)
 
 
@@ -133,8 +167,8 @@ def _sets_of_numbers(raw: Any) -> None:
 def mesh_with_groups(
     mesh: Mesh,
     cells: Mapping[int, Element],
-    groups: Mapping[str, NDArray[np.intp]],
-    node_groups: Mapping[str, NDArray[np.intp]],
+    groups: Mapping[str, IntArray],
+    node_groups: Mapping[str, IntArray],
 ) -> Mesh:
     """Nodes with cells and groups of cells and of nodes, by their labels.
 

@@ -49,6 +49,44 @@ def grouped(path):
     return path
 
 
+GMSH_NODES = {
+    "2.2": "4\n10 0 0 0\n20 1 0 0\n99 0 1 0\n35 1 1 0\n",
+    "4.0": "2 4\n1 1 0 2\n10 0 0 0\n20 1 0 0\n1 2 0 2\n99 0 1 0\n35 1 1 0\n",
+    "4.1": "2 4 10 99\n1 1 0 2\n10\n20\n0 0 0\n1 0 0\n2 1 0 2\n99\n35\n0 1 0\n1 1 0\n",
+}
+GMSH_ELEMENTS = {
+    "2.2": "1\n1 3 2 1 1 10 20 35 99\n",
+    "4.0": "1 1\n1 2 3 1\n1 10 20 35 99\n",
+    "4.1": "1 1 1 1\n2 1 3 1\n1 10 20 35 99\n",
+}
+
+
+@pytest.mark.parametrize("version", GMSH_NODES)
+def test_nodes_keep_the_numbers_that_gmsh_gives_them(tmp_path, version):
+    """They need not be 1 to n, nor in order: the map of a matrix names them."""
+    nodes, elements = GMSH_NODES[version], GMSH_ELEMENTS[version]
+    (tmp_path / "m.msh").write_text(
+        f"$MeshFormat\n{version} 0 8\n$EndMeshFormat\n$Nodes\n{nodes}$EndNodes\n"
+        f"$Elements\n{elements}$EndElements\n"
+    )
+    mesh = read_any_mesh(tmp_path / "m.msh")
+    assert mesh.at([35, 99]).tolist() == [[1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]
+    assert mesh.elements == {1: ("quadrilateral", (10, 20, 35, 99))}
+
+
+def test_a_binary_gmsh_file_with_other_numbers_is_refused(tmp_path):
+    """As meshlane does not say which they are."""
+    path = tmp_path / "m.msh"
+    meshlane.Mesh(BRICK.p.T, [("hexahedron", hexahedra())]).write(path, file_format="gmsh", binary=True)
+    assert read_any_mesh(path).labels.tolist() == list(range(1, 13))
+    numbers = np.array([1, 12, 1, 12], dtype=np.uint64)
+    other = np.array([1, 12, 5, 16], dtype=np.uint64)
+    assert numbers.tobytes() in path.read_bytes()
+    path.write_bytes(path.read_bytes().replace(numbers.tobytes(), other.tobytes()))
+    with pytest.raises(ProblemError, match=r"m.msh.*expected nodes 1 to 12, found 5 to 16"):
+        read_any_mesh(path)
+
+
 def test_groups_that_differ_in_their_case_alone_are_refused(tmp_path):
     """Sets are called in any case: one of the two would stand for both."""
     blocks = [("hexahedron", hexahedra())]

@@ -352,6 +352,11 @@ def test_nodes_are_read_as_ansys_writes_them(tmp_path, text):
         ("(3i9,6e21.13e3)", "here", "line 4: expected a layout like"),
         ("        2        0", "        x        0", "line 6: expected a whole number, found 'x'"),
         ("        2        0", "        1        0", "found node 1 twice"),
+        (
+            "        -3         7",
+            "        -3",
+            "component 'FOOT': expected 3 numbers, as its first line says, found 2",
+        ),
     ],
 )
 def test_one_thing_wrong_in_an_archive_is_named(tmp_path, old, new, message):
