@@ -12,8 +12,7 @@ Rows are stored as soon as they are measured, so that an interrupted study goes
 on where it stopped.
 
 ``python -m benchmarks same_results`` is no study: it holds every result of this
-checkout against those of another one, to the last bit; ``before_and_after`` holds times against times;
-``fclib`` solves the frictional contact problems of a folder.
+checkout against those of another one, to the last bit; ``before_and_after`` holds times against times.
 """
 
 STUDIES: tuple[str, ...] = (

@@ -1,9 +1,9 @@
-"""Run studies, ``python -m benchmarks [STUDY ...]``, or ``same_results``, ``before_and_after``, ``fclib``."""
+"""Run studies, ``python -m benchmarks [STUDY ...]``, ``same_results`` or ``before_and_after``."""
 
 import argparse
 import sys
 
-from benchmarks import STUDIES, before_and_after, fclib, same_results
+from benchmarks import STUDIES, before_and_after, same_results
 from benchmarks.runner import run_study
 
 
@@ -11,7 +11,6 @@ def main() -> int:
     comparisons = {
         "same_results": same_results.main,
         "before_and_after": before_and_after.main,
-        "fclib": fclib.main,
     }
     if sys.argv[1:2] and sys.argv[1] in comparisons:
         return comparisons[sys.argv[1]](sys.argv[2:])
@@ -19,8 +18,7 @@ def main() -> int:
         prog="python -m benchmarks",
         description="Speed against error.",
         epilog="same_results --reference PYTHON [...] compares all results with those of another checkout, "
-        "before_and_after --reference PYTHON [...] the times; "
-        "fclib --folder FOLDER solves the frictional contact problems there.",
+        "before_and_after --reference PYTHON [...] the times.",
     )
     parser.add_argument("studies", nargs="*", metavar="STUDY", help=f"one or more of {', '.join(STUDIES)}")
     parser.add_argument("--short", action="store_true", help="the short form: all studies in two minutes")

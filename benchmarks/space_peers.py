@@ -21,7 +21,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from benchmarks import siconos_peer
-from benchmarks.friction_problems import friction_residual
 from benchmarks.half_space import around, blocks, grid, half_space
 from benchmarks.timing import in_turn
 from shakedown import Problem, Tolerances
@@ -381,3 +380,18 @@ def figures(rows: list[dict]) -> dict[str, Figure]:
         axis.grid(True, alpha=0.3)
         axis.legend(fontsize="small")
     return {"space-peers": figure}
+
+
+def friction_residual(W: FloatArray, q: FloatArray, mu: FloatArray, r: FloatArray) -> float:
+    """How far reactions r (3n,) are from their projection onto the cones after a step along −(W r + q).
+
+    Relative to the reaction that takes the largest velocity back.
+    """
+    reaction, velocity = r.reshape(-1, 3), (W @ r + q).reshape(-1, 3)
+    softness = np.diag(W).reshape(-1, 3).mean(axis=1, keepdims=True)
+    aim = reaction - velocity / softness
+    pressed = np.maximum(aim[:, 0], 0.0)
+    size, most = np.linalg.norm(aim[:, 1:], axis=1), mu * pressed
+    slipping = aim[:, 1:] * np.minimum(1.0, most / np.where(size > 0.0, size, 1.0))[:, None]
+    apart = np.abs(reaction - np.column_stack([pressed, slipping])).max()
+    return float(apart / (np.abs(q).max() / np.diag(W).max()))
