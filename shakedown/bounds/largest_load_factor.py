@@ -1,7 +1,6 @@
 """The largest load factor with a safe slip: its status, and what proves it."""
 
 import logging
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import inf, nan
 
@@ -15,27 +14,16 @@ from shakedown.bounds.certificate import (
     significant,
 )
 from shakedown.bounds.discs.disc_rows import DiscRows
-from shakedown.bounds.discs.enclosure import (
-    UNPROVED,
-    Completed,
-    Optimum,
-    enclosed,
-    inner_points,
-    of_discs,
-    on_the_way,
-    proved_infeasible,
-)
+from shakedown.bounds.discs.enclosure import UNPROVED, enclosed, proved_infeasible
 from shakedown.bounds.discs.safe_proof import proved_unbounded
 from shakedown.bounds.discs.scaled_solution import (
     Carrying,
-    Frictionless,
     UnscaledSolution,
     safest,
     scaled_discs,
     solve_scaled,
-    without_frictionless,
 )
-from shakedown.ground.constants import CONE, LARGE, NEGLIGIBLE, ROUND_OFF, FloatArray
+from shakedown.ground.constants import CONE, LARGE, NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import Missing, SolverError, sought
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
@@ -61,9 +49,8 @@ class Largest:
     carrying
         The discs and half-spaces that determine it.
     end
-        The program that it is the end of, in the plane a linear one; None where there was none to solve.
-    safe
-        Where there is no end of a program: slips that may have slack, and their load factors.
+        The end of the program that it is from, in the plane a linear one; of an unbounded one in space
+        that of the program of the least load factor.
     """
 
     status: Status
@@ -81,7 +68,6 @@ class Largest:
     reduced_accuracy: bool = False
     disputed: bool = False
     end: UnscaledSolution | Solution | None = None
-    safe: tuple[tuple[FloatArray, float], ...] = ()
 
     @property
     def multipliers(self) -> FloatArray:
@@ -103,12 +89,13 @@ def largest_load_factor(
         If there is no end, or one that is not proved and misses its own conditions.
     """
     if (balanced, tolerances) not in rows.solved:  # usually just solved, by the search of the zone
-        rows.solved[balanced, tolerances] = _of_rows(rows, balanced, tolerances)
-    taken, found = rows.solved[balanced, tolerances]
-    if certified_for is not None and rows.in_plane:
-        found = _by_exact_arithmetic(certified_for, rows, found, tolerances)
-    elif certified_for is not None:
-        found = _certified(certified_for, rows, taken, found, tolerances)
+        announce(rows)
+        limit = _of_half_spaces if rows.in_plane else _of_discs
+        rows.solved[balanced, tolerances] = limit(rows, balanced, tolerances)
+    found: Largest = rows.solved[balanced, tolerances]
+    if certified_for is not None:
+        proved = _by_exact_arithmetic if rows.in_plane else _proved
+        found = proved(certified_for, rows, found, tolerances)
     if found.status == Status.UNBOUNDED and not (found.exact or found.residual <= tolerances.feasibility):
         return replace(found, status=Status.UNDECIDED, load_factor=nan, x=np.full_like(found.x, nan))
     if rows.in_plane or found.status != Status.OPTIMAL or found.certified is not None:
@@ -117,17 +104,6 @@ def largest_load_factor(
     if not missed <= tolerances.stored_digits:
         raise SolverError(INACCURATE.format(missed))
     return replace(found, reduced_accuracy=found.reduced_accuracy or missed > tolerances.agreement)
-
-
-def _of_rows(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> tuple[Frictionless | None, Largest]:
-    """The limit before anything is proved of it, and what was done with nodes without friction."""
-    announce(rows)
-    if rows.in_plane:
-        return None, _of_half_spaces(rows, balanced, tolerances)
-    taken = without_frictionless(rows, tolerances)
-    if taken is None:
-        return None, _limit(rows, balanced, tolerances)
-    return taken, _of_all(taken, _without(taken, balanced, tolerances))
 
 
 def _missed(rows: DiscRows, found: Largest) -> float:
@@ -250,30 +226,35 @@ def _by_exact_arithmetic(problem: Problem, rows: DiscRows, found: Largest, toler
     )
 
 
-def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> Largest:
+def _of_discs(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> Largest:
+    """The limit of a joint in space, by cone programs."""
     direction = np.zeros(rows.stiffness.shape[-1])
     if not relieving(rows):
         # re-computed later
         best = solve_scaled(scaled_discs(rows, -1.0), tolerances.stored_digits)
-        if best.status == Status.INFEASIBLE:
-            return _infeasible(rows, best)
-        if best.optimal:
-            least, missing = _least(rows, balanced, tolerances)
-            return replace(_optimal(rows, best), least_load_factor=least, missing=missing)
+        if best.status != Status.UNBOUNDED:
+            least, missing = _least(rows, balanced, tolerances) if best.optimal else (nan, ())
+            return replace(_ended(rows, best), least_load_factor=least, missing=missing)
         direction = best.x
     start = solve_scaled(scaled_discs(rows, +1.0))
     if not start.optimal:
-        return _infeasible(rows, start)
-    return _unbounded(rows, direction, start, tolerances)
-
-
-def _optimal(rows: DiscRows, best: UnscaledSolution) -> Largest:
-    load_factor = best.load_factor if best.load_factor > ROUND_OFF * best.scaled.load_unit else 0.0
+        return _ended(rows, start)
     return Largest(
-        Status.OPTIMAL, load_factor, best.x, best.y, best.z, best.carrying,
-        residual=rows.relative_excess(best.x, load_factor),
-        reduced_accuracy=best.reduced_accuracy,
-        end=best,
+        Status.UNBOUNDED, inf, direction, np.zeros_like(rows.c), np.zeros_like(rows.half_spaces.g), NOWHERE,
+        residual=_excess_along(rows, direction),
+        least_load_factor=_unless_safe_at_mean(rows, start.x, start.load_factor, tolerances),
+        end=start,
+    )  # fmt: skip
+
+
+def _ended(rows: DiscRows, end: UnscaledSolution) -> Largest:
+    """The limit that a program ends with, or that no slip is safe, which its multipliers show."""
+    excess = rows.relative_excess(end.x, end.load_factor)
+    return Largest(
+        end.status, end.load_factor, end.x, end.y, end.z, end.carrying,
+        residual=excess if end.optimal else _imbalance(rows, end.y, end.z),
+        reduced_accuracy=end.reduced_accuracy,
+        end=end,
     )  # fmt: skip
 
 
@@ -303,15 +284,6 @@ def _unless_safe_at_mean(rows: DiscRows, x: FloatArray, at: float, tolerances: T
     return 0.0 if rows.relative_excess(x, 0.0) <= tolerances.feasibility else max(at, 0.0)
 
 
-def _infeasible(rows: DiscRows, end: UnscaledSolution) -> Largest:
-    return Largest(
-        Status.INFEASIBLE, nan, end.x, end.y, end.z, end.carrying,
-        residual=_imbalance(rows, end.y, end.z),
-        reduced_accuracy=end.reduced_accuracy,
-        end=end,
-    )  # fmt: skip
-
-
 def _imbalance(rows: DiscRows, y: FloatArray, z: FloatArray) -> float:
     """What is left of the balance of multipliers, relative to its terms."""
     balance = (rows.sums @ y).ravel() @ rows.flat - z @ rows.half_spaces.coefficients
@@ -320,122 +292,29 @@ def _imbalance(rows: DiscRows, y: FloatArray, z: FloatArray) -> float:
     return float(np.max(np.abs(balance) / np.where(terms > 0, terms, 1.0), initial=0.0))
 
 
-def _unbounded(
-    rows: DiscRows, direction: FloatArray, start: UnscaledSolution, tolerances: Tolerances
-) -> Largest:
-    beyond = start.load_factor + start.scaled.load_unit
-    safe = [safest(rows, beyond).x, start.x + start.scaled.load_unit * direction]
-    return Largest(
-        Status.UNBOUNDED, inf, direction, np.zeros_like(rows.c), np.zeros_like(rows.half_spaces.g), NOWHERE,
-        residual=_excess_along(rows, direction),
-        least_load_factor=_unless_safe_at_mean(rows, start.x, start.load_factor, tolerances),
-        safe=(*((each, beyond) for each in safe), (np.zeros_like(direction), 0.0)),
-    )  # fmt: skip
-
-
 def _excess_along(rows: DiscRows, direction: FloatArray) -> float:
     """The largest relative violation of e + N v along a direction."""
     gaps = replace(rows.half_spaces, g=-rows.half_spaces.d, d=np.zeros_like(rows.half_spaces.d))
     return replace(rows, c=rows.e, e=np.zeros_like(rows.e), half_spaces=gaps).relative_excess(direction, 0.0)
 
 
-def _without(taken: Frictionless, balanced: bool, tolerances: Tolerances) -> Largest:
-    """The limit of what is left without frictionless nodes, in its own unknowns."""
-    rest, zeta = taken.rest, np.zeros(taken.ways.shape[1])
-    none, nothing = np.zeros_like(rest.c), np.zeros_like(rest.half_spaces.g)
-    if taken.against.size or (taken.forced is not None and taken.forced < -ROUND_OFF):
-        return Largest(Status.INFEASIBLE, nan, zeta, none, nothing, NOWHERE, 0.0)
-    if taken.forced is None:
-        return _limit(rest, balanced, tolerances)
-    at = taken.forced if taken.forced > ROUND_OFF else 0.0
-    gaps = replace(rest.half_spaces, g=rest.half_spaces.g - at * rest.half_spaces.d, d=nothing)
-    fixed = replace(rest, c=rest.c + at * rest.e, e=none, half_spaces=gaps)
-    safe = safest(fixed, 0.0)
-    if not fixed.relative_excess(safe.x, 0.0) <= tolerances.feasibility:  # nor is NaN, no slip at all, safe
-        return _infeasible(fixed, solve_scaled(scaled_discs(fixed, +1.0)))
-    return Largest(
-        Status.OPTIMAL, at, safe.x, none, nothing, NOWHERE, 0.0,
-        least_load_factor=at,
-        safe=((safe.x, at),),
-    )  # fmt: skip
-
-
-def _of_all(taken: Frictionless, found: Largest) -> Largest:
-    """The limit of all nodes from that of those with friction."""
-    rows, optimal, at = taken.whole, found.status == Status.OPTIMAL, found.load_factor
-    x, y = np.full(len(taken.start), nan), np.zeros_like(rows.c)
-    residual = 0.0
-    if optimal:
-        x = taken.slips(found.x, at)
-        residual = rows.relative_excess(x, at)
-    elif found.status == Status.UNBOUNDED:
-        x = taken.slope + taken.ways @ found.x
-        residual = _excess_along(rows, x)
-    if taken.against.size:
-        y[rows.smooth, 1:] = taken.against
-        y[rows.smooth, 0] = 2.0 * np.hypot(*taken.against.T)
-        y /= -float(np.vdot(y, rows.c))
-    elif found.status != Status.UNBOUNDED:
-        y = _spread(taken, found.y, found.z, -1.0 if optimal else None)
-    if found.status == Status.INFEASIBLE:
-        residual = _imbalance(rows, y, found.z)
-    discs, others = found.carrying
-    carrying = np.flatnonzero(~rows.smooth)[discs], others
-    return replace(found, x=x, y=y, carrying=carrying, residual=residual)
-
-
-def _spread(taken: Frictionless, y: FloatArray, z: FloatArray, slope: float | None = None) -> FloatArray:
-    """Multipliers of all discs, with the slope that those of the others have unless one is given."""
-    rest = taken.rest
-    own = float(np.vdot(y, rest.e)) - float(z @ rest.half_spaces.d)
-    return taken.multipliers(y, z, own if slope is None else slope)
-
-
-def _certified(
-    problem: Problem,
-    rows: DiscRows,
-    taken: Frictionless | None,
-    found: Largest,
-    tolerances: Tolerances,
-) -> Largest:
-    """The limit with what is proved of it."""
+def _proved(problem: Problem, rows: DiscRows, found: Largest, tolerances: Tolerances) -> Largest:
+    """The limit of a joint in space with what is proved of it."""
+    end = found.end
+    if not isinstance(end, UnscaledSolution):
+        return found
     if found.status == Status.OPTIMAL:
-        return _with_enclosure(found, enclosed(problem, rows, _optimum(rows, taken, found), tolerances))
+        enclosure = enclosed(problem, rows, end, tolerances)
+        if isinstance(enclosure, Missing):
+            return replace(found, uncertified=enclosure.reason)
+        low, high = enclosure
+        at = min(max(found.load_factor, low), high)
+        return replace(found, load_factor=at, certified=enclosure, exact=True)
     if found.status == Status.INFEASIBLE:
-        proved = proved_infeasible(problem, rows, _exclusions(rows, taken, found))
-    else:
-        safe = [(slip if taken is None else taken.slips(slip, at), at) for slip, at in found.safe]
-        proved = proved_unbounded(problem, rows, found.x, safe)
-    certified = (inf, inf) if proved and found.status == Status.UNBOUNDED else None
-    return replace(found, certified=certified, exact=proved, uncertified="" if proved else UNPROVED)
-
-
-def _with_enclosure(found: Largest, enclosure: tuple[float, float] | Missing) -> Largest:
-    if isinstance(enclosure, Missing):
-        return replace(found, uncertified=enclosure.reason)
-    low, high = enclosure
-    return replace(found, load_factor=min(max(found.load_factor, low), high), certified=enclosure, exact=True)
-
-
-def _optimum(rows: DiscRows, taken: Frictionless | None, found: Largest) -> Optimum:
-    """What an enclosure begins with, in the unknowns of all nodes."""
-    slips, multipliers = list(found.safe), list[tuple[FloatArray, float]]()
-    if isinstance(found.end, UnscaledSolution):
-        slips, multipliers = inner_points(found.end, _completed(rows, taken))
-    if taken is not None:
-        slips = [(taken.slips(slip, at), at) for slip, at in slips]
-    return Optimum(found.x, found.load_factor, rows.with_pressures(found.y, found.z), slips, multipliers)
-
-
-def _exclusions(rows: DiscRows, taken: Frictionless | None, found: Largest) -> Iterator[FloatArray]:
-    """Multipliers that may prove that nothing is safe, those of the end first."""
-    yield rows.with_pressures(found.y, found.z)
-    if isinstance(found.end, UnscaledSolution):
-        yield from on_the_way(found.end, _completed(rows, taken))
-
-
-def _completed(rows: DiscRows, taken: Frictionless | None) -> Completed:
-    """Multipliers of all discs, those of pressures among them, from the ones of a program."""
-    if taken is None:
-        return of_discs
-    return lambda y, z: rows.with_pressures(_spread(taken, y, z), z)
+        proved = proved_infeasible(problem, rows, end)
+        return replace(found, exact=proved, uncertified="" if proved else UNPROVED)
+    beyond = end.load_factor + end.scaled.load_unit
+    far = [safest(rows, beyond).x, end.x + end.scaled.load_unit * found.x]
+    if not proved_unbounded(problem, rows, found.x, [*((x, beyond) for x in far), (0.0 * found.x, 0.0)]):
+        return replace(found, uncertified=UNPROVED)
+    return replace(found, certified=(inf, inf), exact=True)

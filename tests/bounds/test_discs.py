@@ -148,7 +148,7 @@ def test_what_is_proved_holds_in_rational_arithmetic(seed):
     problem = random_joint(np.random.default_rng(seed), 3)
     rows = disc_rows(problem)
     best = solve_scaled(scaled_discs(rows, -1.0))
-    proof, (slips, _) = safe_proof.proof_of(problem, rows), enclosure.inner_points(best)
+    proof, (slips, _) = safe_proof.proof_of(problem, rows), enclosure.inner_points(rows, best)
     low, slip = safe_proof.proved_low(proof, best.x, best.load_factor, slips)
     assert low == pytest.approx(best.load_factor, rel=1e-10)
     assert exact_slack(problem, slip, low)
@@ -171,7 +171,7 @@ def test_the_high_end_is_that_of_multipliers_that_balance_exactly(seed):
     rows, k = disc_rows(problem), 2 * problem.n
     best = solve_scaled(scaled_discs(rows, -1.0))
     repair = enclosure.Repair(safe_proof.proof_of(problem, rows))
-    balance = enclosure.fitting(repair, best.y, enclosure.inner_points(best)[1])
+    balance = enclosure.fitting(repair, best.y, enclosure.inner_points(rows, best)[1])
     totals = [[sum(exact(balance.y[rows.node == i, c]), fmpq(0)) for c in range(3)] for i in range(problem.n)]
     A, B = (fmpq_mat(len(M), k, exact(M)) for M in (problem.A, problem.B))
     Y = fmpq_mat(k, 1, [part for total in totals for part in total[1:]])
@@ -183,7 +183,9 @@ def test_the_high_end_is_that_of_multipliers_that_balance_exactly(seed):
     assert np.all(y[:, 0] >= np.hypot(y[:, 1], y[:, 2]))
     loads = safe_proof.loads(problem)
     value = np.vdot(y, loads.c[rows.node]) / -np.vdot(y, loads.e[rows.step, rows.node])
-    high = enclosure.proved_high(repair, best.y, enclosure.inner_points(best)[1], shakedown.Tolerances())
+    high = enclosure.proved_high(
+        repair, best.y, enclosure.inner_points(rows, best)[1], shakedown.Tolerances()
+    )
     assert best.load_factor <= value * (1 + 1e-13)
     assert value <= high <= value * (1 + 1e-10)
 

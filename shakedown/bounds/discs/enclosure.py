@@ -3,7 +3,7 @@
 The statements that it rests on stand in docs/space.md (U1, U2, U3).
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import fsum, inf, nextafter
 
@@ -42,14 +42,6 @@ NO_SLACK = "no slip was found that is safe at every load step by more than its r
 NO_INNER = "no multipliers were found that prove more than their rounding errors"
 ROUND_OFF_DECIDES = "the slip is so large that round-off in the stored stiffness decides the answer"
 UNPROVED = "what proves that there is no largest load factor does not survive its rounding errors"
-
-
-Completed = Callable[[FloatArray, FloatArray], FloatArray]  # multipliers of programs → of all discs
-
-
-def of_discs(y: FloatArray, z: FloatArray) -> FloatArray:
-    """The multipliers y (j, 3) of discs, where there are no half-spaces besides."""
-    return y
 
 
 @dataclass(frozen=True)
@@ -203,22 +195,22 @@ def proved_high(
     return nextafter(nextafter(most / -slope, inf), inf) if most > 0 else 0.0
 
 
-def proved_infeasible(problem: Problem, rows: DiscRows, candidates: Iterable[FloatArray]) -> bool:
-    """Whether one of some multipliers proves that no slip is safe at any load factor ≥ 0."""
+def proved_infeasible(problem: Problem, rows: DiscRows, end: UnscaledSolution) -> bool:
+    """Whether multipliers, those of the end first, prove that no slip is safe at any load factor ≥ 0."""
     if rigid_slips(problem).doubt:
         return False
     repair = Repair(proof_of(problem, rows))
-    return repair.inverse.proved and any(_excludes(repair, y) for y in candidates)
+    return repair.inverse.proved and any(_excludes(repair, y) for y in _exclusions(rows, end))
 
 
-def on_the_way(end: UnscaledSolution, completed: Completed = of_discs) -> Iterator[FloatArray]:
-    """Multipliers with more slack on the way to those that exclude every slip."""
-    rows = end.scaled.rows
+def _exclusions(rows: DiscRows, end: UnscaledSolution) -> Iterator[FloatArray]:
+    """Multipliers that exclude every slip, then those with more slack on the way to them."""
+    yield rows.with_pressures(end.y, end.z)
     for point in end.end.path[-2::-2]:
         y, z = end.scaled.multipliers(balanced_multipliers(end.scaled.program, point._replace(tau=0.0)))
-        size = -float(np.vdot(y, rows.c) + z @ rows.half_spaces.g)
+        size = -float(np.vdot(y, end.scaled.rows.c) + z @ end.scaled.rows.half_spaces.g)
         if size > 0 and np.isfinite(y).all():
-            yield completed(y / size, z / size)
+            yield rows.with_pressures(y / size, z / size)
 
 
 def _excludes(repair: Repair, y: FloatArray) -> bool:
@@ -230,46 +222,19 @@ def _excludes(repair: Repair, y: FloatArray) -> bool:
     return bool(most < 0 and slope <= 0)
 
 
-@dataclass(frozen=True, eq=False)
-class Optimum:
-    """An optimum in floats, and points with slack beside it.
-
-    Attributes
-    ----------
-    x : (k,)
-        Slips at the unknowns of programs [length].
-    load_factor
-        λ_max.
-    y : (j, 3)
-        Multipliers of the discs, and of pressures (:meth:`DiscRows.with_pressures`).
-    slips
-        Slips with slack, and their load factors.
-    multipliers
-        Multipliers with slack, and by how much each is worse than y.
-    """
-
-    x: FloatArray
-    load_factor: float
-    y: FloatArray
-    slips: list[tuple[FloatArray, float]]
-    multipliers: list[tuple[FloatArray, float]]
-
-
 def enclosed(
-    problem: Problem, rows: DiscRows, best: Optimum, tolerances: Tolerances
+    problem: Problem, rows: DiscRows, best: UnscaledSolution, tolerances: Tolerances
 ) -> tuple[float, float] | Missing:
     """(low, high) with λ_max of the joint as stored between them, or why there are none."""
     doubt = rigid_slips(problem).doubt
     if doubt:
         return Missing(doubt)
-    terms, forces = (
-        np.abs(rows.flat) @ np.abs(best.x),
-        np.abs(rows.c).max() + best.load_factor * np.abs(rows.e).max(),
-    )
+    terms = np.abs(rows.flat) @ np.abs(best.x)
+    forces = np.abs(rows.c).max() + best.load_factor * np.abs(rows.e).max()
     if np.finfo(float).eps * terms.max(initial=0.0) > tolerances.stored_digits * forces:
         return Missing(ROUND_OFF_DECIDES)
-    proof = proof_of(problem, rows)
-    low, _ = proved_low(proof, best.x, best.load_factor, best.slips)
+    proof, (slips, multipliers) = proof_of(problem, rows), inner_points(rows, best)
+    low, _ = proved_low(proof, best.x, best.load_factor, slips)
     if not np.isfinite(low):
         return Missing(NO_SLACK)
     if low == 0 and only_at_zero(proof):
@@ -277,15 +242,16 @@ def enclosed(
     repair = Repair(proof)
     if not repair.inverse.proved:
         return Missing(TOO_SOFT)
-    high = proved_high(repair, best.y, best.multipliers, tolerances)
+    high = proved_high(repair, rows.with_pressures(best.y, best.z), multipliers, tolerances)
     return (low, high) if np.isfinite(high) else Missing(NO_INNER)
 
 
-def inner_points(
-    best: UnscaledSolution, completed: Completed = of_discs
-) -> tuple[list[tuple[FloatArray, float]], list[tuple[FloatArray, float]]]:
+Near = list[tuple[FloatArray, float]]  # points with slack: slips and their load factors, or multipliers
+
+
+def inner_points(rows: DiscRows, best: UnscaledSolution) -> tuple[Near, Near]:
     """Slips with slack, with their load factors, and multipliers with slack, with what they lose."""
-    scaled, slips, multipliers = best.scaled, [], []
+    scaled, slips, multipliers = best.scaled, Near(), Near()
     program = scaled.program
     slack = program.limits - program.times(best.end.x)
     for gap in INNER_GAPS:
@@ -293,5 +259,5 @@ def inner_points(
         if point is not None:
             slips.append((scaled.slips(point.x), float(point.x[-1] * scaled.load_unit)))
             loss = abs(float(slack @ point.y)) * scaled.load_unit
-            multipliers.append((completed(*scaled.multipliers(point.y)), loss))
+            multipliers.append((rows.with_pressures(*scaled.multipliers(point.y)), loss))
     return slips, multipliers

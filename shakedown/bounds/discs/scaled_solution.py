@@ -1,7 +1,6 @@
-"""The program of λ_max in space, scaled and solved, with nodes without friction and for the safest slip."""
+"""The program of λ_max in space, scaled and solved, and that of the safest slip."""
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +22,6 @@ from shakedown.ground.constants import (
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.problem import Problem
-from shakedown.joint.rigid_slips import RigidSlips
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.program import median_size
 from shakedown.programs.self_dual import (
@@ -197,6 +195,8 @@ def in_units(scaled: ScaledDiscs, end: SelfDualSolution) -> UnscaledSolution:
     x, load_factor = scaled.slips(end.x), float(end.x[-1] * scaled.load_unit)
     if end.status == Status.UNBOUNDED:  # per load factor
         x, load_factor = scaled.changes(end.x) / load_factor, 1.0
+    elif load_factor <= ROUND_OFF * scaled.load_unit:
+        load_factor = 0.0
     if end.status == Status.INFEASIBLE:
         x, load_factor = np.full(len(x), np.nan), np.nan
         size = -float(np.vdot(y, scaled.rows.c) + z @ scaled.rows.half_spaces.g)
@@ -214,133 +214,6 @@ def _largest(rows: DiscRows) -> FloatArray:
     found = np.zeros(len(rows.stiffness))
     np.maximum.at(found, rows.node, np.maximum(np.abs(rows.c), np.abs(rows.e)).max(axis=1))
     return found
-
-
-Mask = NDArray[np.bool_]
-SAME = 100 * ROUND_OFF  # relative size of a singular value below which it is round-off
-
-
-@dataclass(frozen=True, eq=False)
-class Frictionless:
-    """A joint whose frictionless nodes are taken out.
-
-    Attributes
-    ----------
-    whole
-        The limits of all nodes.
-    start, slope : (k,)
-        Slips at which these have no reaction, at λ = 0 and their change with λ [length].
-    ways : (k, K)
-        The slips that leave it so.
-    forced
-        The only load factor at which they can have none; None where it is free.
-    against : (j', 2)
-        Multipliers of these discs that prove that they never have none; empty where they can.
-    """
-
-    whole: DiscRows
-    start: FloatArray
-    slope: FloatArray
-    ways: FloatArray
-    forced: float | None
-    against: FloatArray
-
-    @cached_property
-    def rest(self) -> DiscRows:
-        """The limits of the other nodes in (ζ, λ)."""
-        rows, gaps = self.whole, self.whole.half_spaces
-        kept = np.flatnonzero(~rows.smooth)
-        names, node = np.unique(rows.node[kept], return_inverse=True)
-        G, none = gaps.coefficients, RigidSlips(np.zeros((self.ways.shape[1], 0)), ())
-        at_start, with_load = ((rows.flat @ v).reshape(-1, 3)[rows.node] for v in (self.start, self.slope))
-        return replace(
-            rows,
-            stiffness=(rows.stiffness @ self.ways)[names],
-            node=node,
-            step=rows.step[kept],
-            c=(rows.c + at_start)[kept],
-            e=(rows.e + with_load)[kept],
-            half_spaces=replace(
-                gaps, G=G @ self.ways, g=gaps.g - G @ self.start, d=gaps.d + G @ self.slope, rigid=none
-            ),
-            names=rows.names[names],
-        )
-
-    def slips(self, zeta: FloatArray, load_factor: float) -> FloatArray:
-        """The unknowns (k,) of the whole joint."""
-        return np.asarray(self.start + load_factor * self.slope + self.ways @ zeta)
-
-    def multipliers(self, y: FloatArray, z: FloatArray, slope: float) -> FloatArray:
-        """Multipliers of all discs, from those of the others: they balance, and Σ yᵀ e = ``slope``."""
-        rows, smooth = self.whole, self.whole.smooth
-        found = np.zeros((len(smooth), 3))
-        found[~smooth] = y
-        E = _free_equations(rows, smooth)
-        left = (rows.sums @ found).ravel() @ rows.flat - z @ rows.half_spaces.coefficients
-        pull = float(np.vdot(found, rows.e)) - float(z @ rows.half_spaces.d) - slope
-        sizes = np.linalg.norm(E, axis=0)
-        sizes = np.maximum(sizes, NEGLIGIBLE * sizes.max())  # round-off of distant nodes balances nothing
-        sizes = np.where(sizes > 0, sizes, 1.0)
-        eta = np.linalg.lstsq((E / sizes).T, -np.append(left, pull) / sizes, rcond=None)[0]
-        found[smooth, 1:] = eta.reshape(-1, 2)
-        found[smooth, 0] = 2.0 * np.hypot(*found[smooth, 1:].T)  # as large as one likes: the limit is zero
-        return found
-
-
-def without_frictionless(rows: DiscRows, tolerances: Tolerances = DEFAULT) -> Frictionless | None:
-    """The joint without its frictionless nodes; None where it has none.
-
-    ``feasibility`` decides whether their equations can hold.
-
-    Examples
-    --------
-    >>> from shakedown import Problem
-    >>> from shakedown.bounds.discs.disc_rows import disc_rows
-    >>> loop = {"q_w": [[1.0, 0.0], [1.0, 0.0]], "p_w": [[3.0], [2.0]]}
-    >>> found = without_frictionless(disc_rows(Problem(A=2 * np.eye(2), B=[[0.5, 0.0]], f=0.0, **loop)))
-    >>> found.start, found.ways.shape, found.forced
-    (array([-0.5,  0. ]), (2, 0), None)
-    """
-    smooth = rows.smooth
-    if not smooth.any():
-        return None
-    basis = rows.basis
-    E = _free_equations(rows, smooth)
-    right = -rows.c[smooth, 1:].ravel()
-    sizes = np.repeat(basis.sizes[: len(rows.stiffness)][rows.node[smooth]], 2)
-    sizes = np.where(sizes > 0, sizes, np.maximum(np.abs(right), np.abs(E[:, -1])))
-    sizes = np.where(sizes > 0, sizes, 1.0)
-    load = np.abs(E[:, -1] / sizes).max() or 1.0
-    K = basis.to_slips.shape[1]
-    matrix = np.column_stack([(E[:, :-1] @ basis.to_slips) / sizes[:, None], E[:, -1] / sizes / load])
-    right = right / sizes
-    Q, R = np.linalg.qr(matrix)
-    U, values, V = np.linalg.svd(R)
-    rank = int(np.count_nonzero(values > SAME * values.max(initial=0.0)))
-    x = V[:rank].T @ ((U[:, :rank].T @ (Q.T @ right)) / values[:rank])
-    rest = right - matrix @ x
-    against = np.zeros((0, 2))
-    if np.abs(rest).max() > tolerances.feasibility * max(np.abs(right).max(), np.abs(matrix @ x).max()):
-        against = (-rest / sizes).reshape(-1, 2)
-    free = V[rank:].T
-    towards = free[K]
-    length = float(np.linalg.norm(towards))
-    start, slope, forced, ways = x[:K], np.zeros(K), None, free[:K]
-    if length <= SAME:
-        forced = float(x[K]) / load
-    else:
-        along = free @ (towards / length**2)
-        start, slope = start - x[K] * along[:K], along[:K] * load
-        across = np.linalg.svd(towards[None])[2][1:]
-        ways = (free @ across.T)[:K]
-    T = basis.to_slips
-    return Frictionless(rows, T @ start, T @ slope, T @ ways, forced, against)
-
-
-def _free_equations(rows: DiscRows, smooth: Mask) -> FloatArray:
-    """The change of the reactions (q_x, q_y) of some discs with (v, λ), (2j', k + 1)."""
-    of_slips = rows.stiffness[rows.node[smooth], 1:].reshape(-1, rows.stiffness.shape[-1])
-    return np.column_stack([of_slips, rows.e[smooth, 1:].ravel()])
 
 
 NEGATIVE = 10 * ROUND_OFF  # largest slack or multiplier below zero likewise
@@ -560,11 +433,5 @@ def safe_under_mean_load(problem: Problem, tolerances: Tolerances) -> bool:
     )
     x = np.zeros(rows.stiffness.shape[-1])
     if mean.relative_excess(x, 0.0) > 0:
-        taken = without_frictionless(mean, tolerances)
-        if taken is None:
-            x = safest(mean, 0.0).x
-        elif taken.against.size:
-            return False
-        else:
-            x = taken.slips(safest(taken.rest, 0.0).x, 0.0)
+        x = safest(mean, 0.0).x
     return mean.relative_excess(x, 0.0) <= tolerances.feasibility
