@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.bounds.uniqueness.coupling import Uniqueness, coupling, difference_gauge, unique_in_contact
-from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import Missing, sought
 from shakedown.ground.shown_values import up
 from shakedown.ground.status import Guarantee
@@ -29,27 +28,21 @@ from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.program import INF, Program
 from shakedown.programs.simplex import Simplex
 
-SEGMENTS_UP_TO = 2000
 
-
-def lift_off_bound(problem: Problem, enough: float = inf, *, tolerances: Tolerances = DEFAULT) -> float:
+def lift_off_bound(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> float:
     """A load factor below which all nodes stay closed, whatever admissible slips they have.
 
     A closed node j lifts off where both its limits are met at once, p = q = 0,
     while every other node is within its limits *of that instant*. The smallest
-    load factor at which that is possible is a linear program in v and the load.
-    The load is first taken anywhere in the convex hull of the loop (one program
-    per node); where that falls short of ``enough``, on every segment of the loop. The corners
-    of a load domain have no segments: there the hull it is.
+    load factor at which that is possible is a linear program in v and the load r⁰ + Σ α_k r_k, α ≥ 0,
+    anywhere in the convex hull of the loop: the least Σ α, one program per node.
 
     Parameters
     ----------
     problem
         The contact and its loading loop.
-    enough
-        The load factor up to which the answer matters.
     tolerances
-        A bound that falls short of ``enough`` by no more than ``feasibility`` reaches it.
+        The tolerances of the programs.
 
     Returns
     -------
@@ -58,22 +51,11 @@ def lift_off_bound(problem: Problem, enough: float = inf, *, tolerances: Toleran
     Examples
     --------
     >>> import shakedown
-    >>> lift_off_bound(shakedown.example("two-node"), enough=0.6574) >= 0.6574
+    >>> lift_off_bound(shakedown.example("two-node")) >= 0.6574
     True
     """
-    steps = step_loads(problem)
-    hull = _first_lift_off(problem, steps, tolerances)
-    reached = hull >= enough * (1 - tolerances.feasibility)
-    if reached or problem.is_domain or problem.m < 3 or problem.n * problem.m > SEGMENTS_UP_TO:
-        return hull
-    ends = ([k, (k + 1) % problem.m] for k in range(problem.m))
-    return min(_first_lift_off(problem, steps[pair], tolerances) for pair in ends)
-
-
-def _first_lift_off(problem: Problem, corners: FloatArray, tolerances: Tolerances) -> float:
-    """Smallest Σ α with the load r⁰ + Σ α_k r_k, α ≥ 0, at which some node has p = q = 0."""
-    rows, count = constraints(problem), len(corners)
-    all_slips = np.full(rows.n, INF)
+    rows, corners = constraints(problem), step_loads(problem)
+    count, all_slips = len(corners), np.full(rows.n, INF)
     program = Simplex(
         Program(
             np.column_stack([rows.coefficients, corners.T]),
@@ -192,7 +174,7 @@ class GuaranteeEvidence:
     @cached_property
     def lift_off(self) -> float | Missing:
         """Below this load factor no admissible slip lifts a node off."""
-        return sought(lift_off_bound, self.problem, self.load_factor, tolerances=self.tolerances)
+        return sought(lift_off_bound, self.problem, tolerances=self.tolerances)
 
 
 def guarantee_status(known: GuaranteeEvidence) -> GuaranteeStatus:

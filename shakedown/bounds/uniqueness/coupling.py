@@ -158,27 +158,9 @@ def coupling_limit(stiffness: ScaledStiffness) -> float:
 
 
 def weakly_coupled(stiffness: ScaledStiffness, factor: float) -> bool:
-    """Whether ρ* < 1: some x > 0 has N_s x < x on both sides.
-
-    x_i = 1 + max_s (N_s x)_i, by policy iteration; it ends as x never falls while ρ* < 1.
-    """
-    c = relaxed(stiffness.A, factor * stiffness.weighted)
-    if c is None:
-        return False
-    n, N = len(stiffness.A), np.abs(c)
-    side = N.sum(axis=2).argmax(axis=0)
-    for _ in range(ITERATIONS):
-        try:
-            x = np.linalg.solve(np.eye(n) - N[side, np.arange(n)], np.ones(n))
-        except np.linalg.LinAlgError:
-            return False
-        if not np.all(x > 0):
-            return False
-        moved = N @ x
-        if np.all(moved < x * (1 - (n + 4) * EPS)):
-            return True
-        side = moved.argmax(axis=0)
-    return False
+    """Whether ρ* < 1 at a factor on φ."""
+    found = row_coupling_ratio(stiffness.A, factor * stiffness.weighted)
+    return found is not None and found.bound < 1.0
 
 
 def energy_limit(stiffness: ScaledStiffness, *, separation: bool) -> float:

@@ -40,7 +40,6 @@ PROGRAMS = 60  # linear programs that one search may take
 QUICK = 16  # of them just below the last slip that wedges; the others halve the bracket
 LARGEST = 1e8  # friction up to which a wedged state is looked for
 NO_REACTION = 100 * ROUND_OFF  # reactions, relative to the terms of their sum, that count as zero
-HIDDEN = "round-off hides whether a wedged state exists"
 NOT_SEARCHED = f"a wedged state is looked for up to {LARGEST_PROBLEM} nodes only"
 
 
@@ -102,91 +101,33 @@ def wedging_threshold(stiffness: ScaledStiffness, safe: float) -> Wedging:
         return Wedging(np.inf, np.inf, none)
     if stiffness.n > LARGEST_PROBLEM:  # the programs would take minutes
         return Wedging(safe / unit, np.inf, none, reason=NOT_SEARCHED)
-    search = Bracket(stiffness, safe)
-    search.close()
-    if search.slip is None:
-        reason = "" if search.low >= search.largest else HIDDEN
-        return Wedging(np.inf if not reason else search.low / unit, np.inf, none, search.programs, reason)
-    slip = search.slip / np.abs(search.slip).max()
-    gap = "" if search.closed else f"the search ended after {search.programs} programs with an interval"
-    return Wedging(min(search.low, search.high) / unit, search.high / unit, slip, search.programs, gap)
-
-
-class Bracket:
-    """Two factors on φ that enclose the wedging threshold, drawn together by linear programs.
-
-    Parameters
-    ----------
-    stiffness
-        The joint.
-    safe
-        A factor below which there is no wedged state.
-
-    Attributes
-    ----------
-    low, high
-        Without and with a wedged state.
-    slip : (n,)
-        The wedged state at ``high``; None before one is found.
-    programs
-        Linear programs solved.
-    largest
-        Up to where a wedged state is looked for.
-    """
-
-    def __init__(self, stiffness: ScaledStiffness, safe: float) -> None:
-        self.stiffness, self.low, self.high = stiffness, safe, np.inf
-        self.slip: FloatArray | None = None
-        self.programs, self.spare = 0, np.ones(stiffness.n)
-        self.ways = slips_held_by_friction(stiffness)
-        self.least = NEGLIGIBLE * np.abs(stiffness.A).max() / np.abs(stiffness.weighted).max()
-        self.largest = LARGEST * self.least / NEGLIGIBLE
-
-    @property
-    def closed(self) -> bool:
-        """Whether the two factors agree, or there is a wedged state for any friction."""
-        return self.low >= self.high * (1 - SIX_DIGITS) or self.high <= self.least
-
-    def close(self) -> None:
-        """Find a wedged state for large friction, then ever smaller friction for one."""
-        if self.low < self.largest and self._lowered(self.largest):
-            self._raise_low(self._lower_high())
-
-    def _lower_high(self) -> float:
-        """Lower ``high``; returns the largest factor at which no wedging slip was found."""
-        below, quick = max(self.low, self.least), True
-        while self.programs < PROGRAMS and below < self.high * (1 - NEGLIGIBLE):
-            factor = min(self.high if quick else np.sqrt(self.high * below), self.high * (1 - NEGLIGIBLE))
-            lowered = self._lowered(factor)
-            if not lowered and not quick:
-                below = factor  # even if only round-off spoils the slip, and `low` stays
-            below = max(below, self.low)
-            quick = quick and lowered and self.programs < QUICK
-        return below
-
-    def _raise_low(self, top: float) -> None:
-        """Prove more, where round-off spoilt the wedging slips up to ``top``."""
-        while self.programs < PROGRAMS and self.low < top * (1 - NEGLIGIBLE) and not self.closed:
-            factor = np.sqrt(max(self.low, self.least) * top)
-            self._lowered(factor)
-            if self.low < factor:
-                top = factor
-
-    def _lowered(self, factor: float) -> bool:
-        """Whether there is a wedged state at a factor; draws the bracket together."""
-        self.programs += 1
-        slip, violation = wedged_slip(self.stiffness, factor, self.spare, self.ways)
-        if violation > ROUND_OFF:
-            self.low = max(self.low, factor)
-            return False
-        used = friction_used(self.stiffness, slip)
-        if not used < self.high:
-            return False
-        self.high, self.slip = used, slip
-        pressure = np.abs(self.stiffness.weighted @ slip)
-        # so that every program has a solution
-        self.spare = np.maximum(pressure / pressure.max(), THREE_DIGITS)
-        return True
+    least = NEGLIGIBLE * np.abs(stiffness.A).max() / np.abs(stiffness.weighted).max()
+    factor = largest = LARGEST * least / NEGLIGIBLE
+    ways, spare = slips_held_by_friction(stiffness), np.ones(stiffness.n)
+    low, high, slip, programs = safe, np.inf, none, 0
+    below = max(low, least)  # without a wedged state, or where round-off hides one
+    while programs < PROGRAMS and max(low, least) < min(high, largest) and below < high * (1 - NEGLIGIBLE):
+        programs += 1
+        found, violation = wedged_slip(stiffness, factor, spare, ways)
+        used = friction_used(stiffness, found) if violation <= ROUND_OFF else np.inf
+        lowered = used < high
+        if lowered:
+            high, slip = used, found
+            pressure = np.abs(stiffness.weighted @ slip)
+            spare = np.maximum(
+                pressure / pressure.max(), THREE_DIGITS
+            )  # so that every program has a solution
+        elif violation > ROUND_OFF:
+            low = max(low, factor)
+        if np.isinf(high):
+            break
+        below = max(below, low if lowered else factor)
+        quick = lowered and programs < QUICK
+        factor = min(high if quick else np.sqrt(high * below), high * (1 - NEGLIGIBLE))
+    closed = low >= min(high, largest) * (1 - SIX_DIGITS) or high <= least
+    low = np.inf if closed and np.isinf(high) else min(low, high)
+    reason = "" if closed else f"round-off hides where a wedged state exists, after {programs} programs"
+    return Wedging(low / unit, high / unit, slip / np.abs(slip).max(), programs, reason)
 
 
 def friction_used(stiffness: ScaledStiffness, slip: FloatArray) -> float:

@@ -172,7 +172,7 @@ def test_lift_off_takes_the_proof_away() -> None:
         p_w=[[6.0, 1.2], [6.0, 1.2]],
     )
     lower = shakedown.lower_bound(problem)
-    bound = lift_off_bound(problem, enough=lower.load_factor)
+    bound = lift_off_bound(problem)
     assert lower.coupling_ratio < 1
     assert bound < lower.load_factor
     assert lower.guarantee == "evidence"
