@@ -36,46 +36,21 @@ class ElementKind(NamedTuple):
         The degree of polynomials that is integrated exactly; None: what scikit-fem takes. In solids it takes
         two or three Gauss points along each side of a hexahedron (two are those of C3D8), and as many as the
         constant Jacobian of a tetrahedron needs; scikit-fem takes 64 points where 8 are enough.
-    names
-        The two orders and the plural of the shape, in words.
     """
 
     mesh: type[skfem.Mesh]
     order: list[int]
     elements: tuple[type, type]
-    degrees: tuple[int | None, int | None]
-    names: tuple[str, str, str]
+    degrees: tuple[int | None, int | None] = (None, None)
 
 
 KINDS = {
     "hexahedron": ElementKind(
-        skfem.MeshHex,
-        [0, 4, 3, 1, 7, 5, 2, 6],
-        (skfem.ElementHex1, skfem.ElementHex2),
-        (3, 5),
-        ("trilinear", "triquadratic", "hexahedra"),
+        skfem.MeshHex, [0, 4, 3, 1, 7, 5, 2, 6], (skfem.ElementHex1, skfem.ElementHex2), (3, 5)
     ),
-    "tetrahedron": ElementKind(
-        skfem.MeshTet,
-        [0, 1, 2, 3],
-        (skfem.ElementTetP1, skfem.ElementTetP2),
-        (2, 3),
-        ("linear", "quadratic", "tetrahedra"),
-    ),
-    "triangle": ElementKind(
-        skfem.MeshTri,
-        [0, 1, 2],
-        (skfem.ElementTriP1, skfem.ElementTriP2),
-        (None, None),
-        ("linear", "quadratic", "triangles"),
-    ),
-    "quadrilateral": ElementKind(
-        skfem.MeshQuad,
-        [0, 1, 2, 3],
-        (skfem.ElementQuad1, skfem.ElementQuad2),
-        (None, None),
-        ("bilinear", "biquadratic", "quadrilaterals"),
-    ),
+    "tetrahedron": ElementKind(skfem.MeshTet, [0, 1, 2, 3], (skfem.ElementTetP1, skfem.ElementTetP2), (2, 3)),
+    "triangle": ElementKind(skfem.MeshTri, [0, 1, 2], (skfem.ElementTriP1, skfem.ElementTriP2)),
+    "quadrilateral": ElementKind(skfem.MeshQuad, [0, 1, 2, 3], (skfem.ElementQuad1, skfem.ElementQuad2)),
 }
 
 
@@ -212,19 +187,19 @@ class ElasticBody:
         return int(self.mesh.dim())
 
     @cached_property
-    def kind(self) -> ElementKind:
-        """What its elements are."""
-        return next(kind for kind in KINDS.values() if isinstance(self.mesh, kind.mesh))
+    def shape(self) -> str:
+        """The shape of its elements."""
+        return next(name for name, kind in KINDS.items() if isinstance(self.mesh, kind.mesh))
 
     @cached_property
     def basis(self) -> skfem.Basis:
         """scikit-fem's basis of the displacements."""
-        return skfem.Basis(self.mesh, self.element, intorder=self.kind.degrees[self.order - 1])
+        return skfem.Basis(self.mesh, self.element, intorder=KINDS[self.shape].degrees[self.order - 1])
 
     @cached_property
     def element(self) -> skfem.ElementVector:
         """scikit-fem's vector element."""
-        return skfem.ElementVector(self.kind.elements[self.order - 1]())
+        return skfem.ElementVector(KINDS[self.shape].elements[self.order - 1]())
 
     @cached_property
     def stiffness(self) -> sparse.csr_array:
@@ -265,15 +240,7 @@ class ElasticBody:
 
     def facet_basis(self, boundary: str) -> skfem.FacetBasis:
         """scikit-fem's basis on a named boundary, for loads."""
-        if boundary not in self._facet_bases:
-            facets = self.facets(boundary)
-            self._facet_bases[boundary] = skfem.FacetBasis(self.mesh, self.element, facets=facets)
-        return self._facet_bases[boundary]
-
-    @cached_property
-    def _facet_bases(self) -> dict[str, skfem.FacetBasis]:
-        """The bases asked for so far: the loads, normals and areas of a boundary share one."""
-        return {}
+        return skfem.FacetBasis(self.mesh, self.element, facets=self.facets(boundary))
 
     def rows_on(self, boundary: str, direction: int) -> IntArray:
         """Rows of K of all nodes on a named boundary in one direction (1, 2, 3)."""
@@ -345,15 +312,12 @@ class ElasticBody:
 
     def areas_on(self, boundary: str, nodes: IntArray) -> FloatArray:
         """The area of a named boundary that each node stands for: ∫ N_j ds times the thickness, (n,)."""
-        form = skfem.LinearForm(lambda v, w: v[0]).assemble(self.facet_basis(boundary))
-        of_node = np.zeros(self.dofs[:, 0].max() + 1)
-        rows = self.dofs[:, 1] == 1
-        of_node[self.dofs[rows, 0]] = form[rows]
-        return np.asarray(self.thickness * of_node[nodes])
+        surface = self.surface(boundary)
+        return self.thickness * surface.node_areas()[np.searchsorted(surface.labels, nodes)]
 
     def extent_of(self, boundary: str) -> float:
         """The length of a named boundary of a plane body [length], the area of one of a solid [length²]."""
-        return float(np.asarray(self.facet_basis(boundary).dx).sum())
+        return float(self.surface(boundary).areas.sum())
 
     def positions(self, nodes: IntArray) -> FloatArray:
         """Coordinates of nodes by label, (n, 2) or (n, 3) [length]."""

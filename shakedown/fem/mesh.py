@@ -2,9 +2,8 @@
 
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
-from functools import partial
 from math import inf, isfinite
 from pathlib import Path
 from typing import Any
@@ -25,6 +24,7 @@ from shakedown.models.readers.text import sha256
 
 FILE = "read_from"  # attribute of a mesh: name and SHA-256 of the file that it was read from
 REACH = 1e-9  # of a boundary, relative to the size of the mesh
+SIDES = {"x": ("left", "right"), "y": ("front", "back"), "z": ("bottom", "top")}  # of a block, across an axis
 
 
 @checked
@@ -57,9 +57,7 @@ def block_mesh(
     >>> int(mesh.nvertices), sorted(mesh.boundaries)
     (27, ['bottom', 'left', 'right', 'top'])
     """
-    _check_block("block_mesh", (width, height), (nx, ny), (*origin, angle))
-    mesh = MeshQuad.init_tensor(np.linspace(0, width, nx + 1), np.linspace(0, height, ny + 1))
-    mesh = mesh.with_boundaries(_sides((width, height), (("left", "right"), ("bottom", "top"))))
+    mesh = _with_sides(_block(MeshQuad, (width, height), (nx, ny), (*origin, angle)), "xz")
     cos, sin = np.cos(angle), np.sin(angle)
     return _moved(mesh, np.array([[cos, -sin], [sin, cos]]) @ mesh.p, origin)
 
@@ -91,37 +89,29 @@ def brick_mesh(
     >>> int(mesh.nvertices), sorted(mesh.boundaries)
     (30, ['back', 'bottom', 'front', 'left', 'right', 'top'])
     """
-    _check_block("brick_mesh", sides, elements, origin)
-    mesh = MeshHex.init_tensor(
-        *(np.linspace(0, side, n + 1) for side, n in zip(sides, elements, strict=True))
-    )
-    mesh = mesh.to_meshtet() if tetrahedra else mesh
-    named = mesh.with_boundaries(_sides(sides, (("left", "right"), ("front", "back"), ("bottom", "top"))))
+    mesh = _block(MeshHex, sides, elements, origin)
+    named = _with_sides(mesh.to_meshtet() if tetrahedra else mesh, "xyz")
     return _moved(named, named.p, origin)
 
 
-def _check_block(what: str, sides: Sequence[float], elements: Sequence[int], place: Sequence[float]) -> None:
-    """Raise ``ProblemError`` unless a block has finite sides, elements along each, and a finite place."""
+def _block(kind: type[Mesh], sides: Sequence[float], elements: Sequence[int], place: Sequence[float]) -> Mesh:
+    """A block from the origin on; ``ProblemError`` unless its sides, elements and place make one."""
     if min(elements) < 1 or not all(0 < side < inf for side in sides) or not all(map(isfinite, place)):
         raise ProblemError(
-            f"{what}: expected finite sides > 0, at least one element along each and a finite origin and "
+            "block: expected finite sides > 0, at least one element along each and a finite origin and "
             f"angle, found {' x '.join(map(str, sides))}, {' x '.join(map(str, elements))} at {tuple(place)}"
         )
+    return kind.init_tensor(*map(np.linspace, [0] * len(sides), sides, [n + 1 for n in elements]))
 
 
-def _sides(
-    sides: Sequence[float], names: Sequence[tuple[str, str]]
-) -> dict[str, Callable[[FloatArray], FloatArray]]:
-    """What tells the points of each boundary of a block that begins at the origin."""
-    return {
-        name: partial(_at, axis, place, REACH * side)
-        for axis, (side, pair) in enumerate(zip(sides, names, strict=True))
-        for name, place in zip(pair, (0.0, side), strict=True)
-    }
-
-
-def _at(axis: int, place: float, reach: float, p: FloatArray) -> FloatArray:
-    return np.abs(p[axis] - place) <= reach
+def _with_sides(mesh: Mesh, named: str) -> Mesh:
+    """A block with its sides as boundaries, named as those across x, y or z."""
+    boundaries = {}
+    for axis, name in enumerate(named):
+        for side, end in zip(SIDES[name], (0.0, mesh.p[axis].max()), strict=True):
+            middle = mesh.p[axis, mesh.facets].mean(axis=0)
+            boundaries[side] = np.flatnonzero(np.abs(middle - end) <= REACH * mesh.p[axis].max())
+    return mesh.with_boundaries(boundaries)
 
 
 def _moved(mesh: Mesh, points: FloatArray, origin: Sequence[float]) -> Mesh:
@@ -201,6 +191,12 @@ def _named(raw: MeshOfFile, shape: str) -> Mesh:
 
 
 Entry = dict[str, Any]  # of a JSON object
+TYPES = {  # what shapes of the first and the second order are called
+    "hexahedron": ("trilinear hexahedra", "triquadratic hexahedra"),
+    "tetrahedron": ("linear tetrahedra", "quadratic tetrahedra"),
+    "triangle": ("linear triangles", "quadratic triangles"),
+    "quadrilateral": ("bilinear quadrilaterals", "biquadratic quadrilaterals"),
+}
 
 
 def origin_text(
@@ -246,11 +242,10 @@ def origin_text(
 def _body(body: ElasticBody, boundary: str, steps: int | None) -> Entry:
     parts = {"whole body": body.material} if isinstance(body.material, Material) else body.material
     low, high = body.mesh.p.min(axis=1).tolist(), body.mesh.p.max(axis=1).tolist()
-    *orders, shape = body.kind.names
     mesh = {
         "elements": int(body.mesh.nelements),
         "nodes": int(body.dofs[:, 0].max()) + 1,
-        "type": f"{orders[body.order - 1]} {shape}",
+        "type": TYPES[body.shape][body.order - 1],
         **{axis: [low[k], high[k]] for k, axis in enumerate(AXES[: body.dimension])},
     }
     held = [(each.boundary, each.holds(body.dimension)) for each in body.supports]

@@ -324,7 +324,7 @@ def test_meshes_from_files_keep_their_sets(tmp_path, kind, suffix):
         (lambda: contact_problem(block(rigid=["right"]), "bottom", 0.4), r"'right': expected free nodes, found node \d+ in contact"),
         (lambda: contact_problem(block(loads=[Force("top", (1.0, 2.0), history=1.0)]), "bottom", 0.4), "Force: expected one component for each of 3 directions, found 2"),
         (lambda: Bolt(head="top", stiffness=-1.0), "Bolt: expected a finite preload and a stiffness >= 0"),
-        (lambda: brick_mesh((1.0, 1.0, 0.0), (1, 1, 1)), "brick_mesh: expected finite sides > 0"),
+        (lambda: brick_mesh((1.0, 1.0, 0.0), (1, 1, 1)), "block: expected finite sides > 0"),
         (lambda: contact_problem(block(), "bottom", 0.4, against=(ElasticBody(block_mesh(2.0, 1.0, 3, 2), STEEL), "top")), "expected two plane bodies or two solid ones"),
     ],
 )  # fmt: skip
