@@ -325,10 +325,6 @@ def _contact(made: Import) -> Iterator[Fact]:
             along, across = pairs.along, np.abs(pairs.across)
             yield Fact(f"{of}pairs apart, along", _largest(along, pairs.off, unit), note="the surface")
             yield Fact(f"{of}pairs apart, across", _largest(across, pairs.apart, unit), note="the surface")
-    patches = int(made.evidence.patches.max()) + 1
-    if patches > 1 and not made.contact.patches:
-        sizes = ", ".join(map(str, np.bincount(made.evidence.patches).tolist()))
-        yield Fact("patches", str(patches), note=f"of {sizes} nodes")
 
 
 def _largest(distance: FloatArray, share: FloatArray, unit: str) -> str:
@@ -391,8 +387,6 @@ def _nodes(made: Import) -> Section:
     reduced, contact, problem = made.condensation, made.contact, made.problem
     unit, facts = units_of(problem), list[Fact]()
     columns = {"node": list(map(str, range(reduced.n))), "label": list(contact.names)}
-    if made.evidence.patches.any() and not contact.patches:
-        columns["patch"] = [str(patch + 1) for patch in made.evidence.patches.tolist()]
     if contact.coordinates is not None:
         for axis, place in zip("xyz", contact.coordinates.T, strict=False):
             columns[with_unit(axis, unit.length)] = [f"{x:.6g}" for x in place]

@@ -7,7 +7,6 @@ eliminated: what remains at the end is their Schur complement, and no right-hand
 The order of elimination is a nested dissection by the positions of the nodes.
 """
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -318,10 +317,10 @@ def _add(target: FloatArray, part: FloatArray, places: NDArray[np.intp]) -> None
         target.T[place][places[k:]] += part[k:, k]
 
 
+MINUTE = 1e12  # multiplications of one core, about; in fewer, threads wait for each other
+WORTH_SAYING = MINUTE / 3
 MATRICES = 8  # matrices of the size of κ held at one time by the problem and the bounds
-WORTH_SAYING = 20.0  # seconds
 LARGEST = 0.9  # share of the machine's memory that may be used
-SAMPLE, TRIES = 400, 8  # size of the product that measures the machine's speed; the fastest try counts
 
 
 def announced(plan: FrontElimination, announce: Callable[[str], None] | None) -> None:
@@ -334,11 +333,9 @@ def announced(plan: FrontElimination, announce: Callable[[str], None] | None) ->
     """
     kept = len(plan.order) - plan.count
     needed = plan.memory + MATRICES * BYTES * float(kept) ** 2
-    seconds = plan.operations / speed()
-    duration = f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} minutes"
     what = (
         f"condensing {plan.count} rows to {kept // 3} contact nodes takes about {needed / 2**30:.2g} GiB of "
-        f"memory and {duration}"
+        f"memory and {plan.operations / MINUTE:.2g} minutes of one core"
     )
     there = memory()
     if needed > LARGEST * there:
@@ -346,22 +343,11 @@ def announced(plan: FrontElimination, announce: Callable[[str], None] | None) ->
             f"K: expected a model that fits into {there / 2**30:.3g} GiB of memory, found that {what}; take "
             "fewer contact nodes or a coarser mesh"
         )
-    if announce is not None and seconds > WORTH_SAYING:
+    if announce is not None and plan.operations > WORTH_SAYING:
         announce(what)
 
 
-def speed() -> float:
-    """Multiplications of dense matrices per second on this machine when it is quiet, about."""
-    a, fastest = np.ones((SAMPLE, SAMPLE), order="F"), np.inf
-    for _ in range(TRIES):
-        begin = time.perf_counter()
-        dsyrk(1.0, a)
-        fastest = min(fastest, time.perf_counter() - begin)
-    return float(0.5 * SAMPLE**3 / max(fastest, 1e-6))
-
-
 _COLUMNS = 64  # right-hand sides solved at a time, which limits the dense workspace to 64 vectors
-_WORTH_THREADS = 1e12  # multiplications, a minute of one core; in fewer, threads wait for each other
 # From so many rows on a solid interior is dissected by the positions of its nodes. SuperLU, which does not
 # know these, needs larger factors, and a right-hand side for every contact displacement.
 _LARGE = 4000
@@ -529,7 +515,7 @@ def _by_fronts(
     plan = elimination(K, pieces, unknowns)
     announced(plan, announce)
     try:
-        with threads_of_blas(all_cores() if plan.operations > _WORTH_THREADS else 1):
+        with threads_of_blas(all_cores() if plan.operations > MINUTE else 1):
             factors = factorised(K, plan)
     except LinAlgError:
         return None

@@ -12,7 +12,6 @@ from shakedown.ground.shown_values import few
 from shakedown.models.condensation.factorised_interior import WeldedCase
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.importing.load_section import LoadSection
-from shakedown.models.importing.model_evidence import ModelBody
 from shakedown.models.importing.model_section import nodes_of
 from shakedown.models.importing.stiffness_section import ImportContext
 from shakedown.models.readers.mesh import Mesh
@@ -20,7 +19,6 @@ from shakedown.models.readers.text import quoted, unfit
 from shakedown.models.readers.toml_table import TomlTable, shown
 
 STANDS = np.cos(np.radians(60.0))  # a shank that leans more does not stand across its head
-LEANS = np.cos(np.radians(1.0))  # a larger tilt gets a remark
 ELASTIC = ("area", "length", "young")  # together they give a stiffness
 
 
@@ -40,8 +38,6 @@ class BoltSection:
         The row of the section, which is held.
     along : (3,) or None
         Unit vector along a shank, from the head to the nut.
-    guessed : bool
-        Whether ``along`` is only the line from the middle of the head to the middle of the nut.
     """
 
     preload: float
@@ -49,7 +45,6 @@ class BoltSection:
     unit: LoadCase
     rows: NDArray[np.intp]
     along: FloatArray | None
-    guessed: bool
 
     def pull(self, own: WeldedCase, other: WeldedCase) -> float:
         """By how much a load at factor 1 raises the force in the bolt while the contact is welded [force].
@@ -85,16 +80,16 @@ def bolt_section(table: TomlTable, context: ImportContext) -> BoltSection:
         raise table.wrong("preload", "a force >= 0", found)
     section, size = table.integer("section"), len(context.stiffness.dofs)
     unit = np.zeros(size)
-    rows, stiffness, along, guessed = np.zeros(0, dtype=np.intp), 0.0, None, False
+    rows, stiffness, along = np.zeros(0, dtype=np.intp), 0.0, None
     if section is None:
-        (unit, along, guessed), stiffness = _shortening(table, context), _stiffness(table)
+        (unit, along), stiffness = _shortening(table, context), _stiffness(table)
     else:
         rows = _row(section, table.where, context)
         unit[rows] = 1.0
     table.done()
     force, moved = (unit, None) if section is None else (None, unit)
     case = LoadCase(history=1.0, transient=transient, name=name, force=force, displacement=moved)
-    return BoltSection(preload, stiffness, case, rows, along, guessed)
+    return BoltSection(preload, stiffness, case, rows, along)
 
 
 def check_bolts(tables: Sequence[TomlTable], others: Sequence[TomlTable], mesh: Mesh, where: str) -> None:
@@ -158,29 +153,6 @@ def check_held(bolts: Sequence[BoltSection], held: NDArray[np.intp], dofs: NDArr
             )
 
 
-def bolt_doubts(
-    bolts: Sequence[BoltSection],
-    names: Sequence[str],
-    bodies: Sequence[ModelBody],
-    normals: FloatArray,
-    dofs: NDArray[np.intp],
-) -> Iterator[str]:
-    """Warnings about shanks that lean for want of an axis, or do not press the bodies on each other."""
-    for bolt, name in zip(bolts, names, strict=True):
-        if bolt.along is None or bolt.unit.force is None:
-            continue
-        cosine = float(np.abs(normals @ bolt.along).max())
-        if bolt.guessed and LEANS > cosine > STANDS:
-            angle = np.degrees(np.arccos(cosine))
-            yield (
-                f"bolt {quoted(name)} leans by {angle:.0f}° against the normals of the contact, from the "
-                "middle of its head to that of its nut: slip would tighten it; give its 'axis'"
-            )
-        pulled = dofs[bolt.unit.force != 0, 0]
-        if abs(bolt.unit.force.sum()) < 0.5 and any(np.isin(pulled, body.nodes).all() for body in bodies):
-            yield f"bolt {quoted(name)} has head and nut on one body: it presses no contact"
-
-
 def _way(bolt: BoltSection) -> str:
     """Along which axis a shank pulls."""
     if bolt.along is None:
@@ -218,12 +190,12 @@ def _stiffness(table: TomlTable) -> float:
     return stiffness if there == ["stiffness"] else young * area / length
 
 
-def _shortening(table: TomlTable, context: ImportContext) -> tuple[FloatArray, FloatArray, bool]:
-    """e of the shank's shortening e · u (how far its ends approach), (N,); its axis; if that is guessed."""
+def _shortening(table: TomlTable, context: ImportContext) -> tuple[FloatArray, FloatArray]:
+    """e of the shank's shortening e · u (how far its ends approach), (N,), and its axis."""
     ends = [_end(table, key, context) for key in ("head", "nut")[: 1 + table.has("nut")]]
     axis = table.array("axis", float, (3,), required=False)
     places, shares = [context.mesh.at(labels) for labels, _ in ends], [share for _, share in ends]
-    along, guessed = (np.array(axis), False) if axis is not None else _across_head(places, shares, context)
+    along = _across_head(places, shares, context) if axis is None else np.array(axis)
     if not np.linalg.norm(along) > 0:
         raise table.unfit(
             "a nut apart from the head, or an 'axis' from the head along the shank",
@@ -240,34 +212,28 @@ def _shortening(table: TomlTable, context: ImportContext) -> tuple[FloatArray, F
         for direction in np.flatnonzero(along).tolist():
             keys = dict.fromkeys(((label, direction + 1) for label in labels.tolist()), 0.0)
             found[context.rows(table.where, keys)] += sign * along[direction] * share
-    return found, along, guessed
+    return found, along
 
 
 def _across_head(
     places: Sequence[FloatArray], shares: Sequence[FloatArray], context: ImportContext
-) -> tuple[FloatArray, bool]:
-    """The direction from head to nut, and whether it is guessed; zero without a nut.
-
-    It leads across a flat head, and else, guessed, to the middle of the nut.
+) -> FloatArray:
+    """The direction from head to nut: across a flat head, else to the middle of the nut; zero without a nut.
 
     Head and nut of two meshes hardly ever have their middles opposite each other, and slip would tighten a
     shank that leans.
     """
     if len(places) == 1:
-        return np.zeros(3), False
+        return np.zeros(3)
     way = shares[1] @ places[1] - shares[0] @ places[0]
     head = places[0] - shares[0] @ places[0]
     if len(context.contact.axes) == 2:  # a line, as deep as it is wide
         deep = np.setdiff1d([0, 1, 2], np.array(context.contact.axes) - 1)
         head = np.vstack([head, np.abs(head).max() * np.eye(3)[deep]])
     _, sizes, axes = np.linalg.svd(np.vstack([head, np.zeros((3, 3))]), full_matrices=False)
-    flat, across = (
-        sizes[2] <= SIX_DIGITS * sizes[1] and sizes[1] > SIX_DIGITS * sizes[0],
-        float(axes[2] @ way),
-    )
-    if flat and abs(across) > STANDS * np.linalg.norm(way):
-        return np.sign(across) * axes[2], False
-    return np.asarray(way), True
+    flat, across = SIX_DIGITS * sizes[1] >= sizes[2] and sizes[1] > SIX_DIGITS * sizes[0], axes[2] @ way
+    stands = flat and abs(across) > STANDS * np.linalg.norm(way)
+    return np.sign(across) * axes[2] if stands else np.asarray(way)
 
 
 def _about(

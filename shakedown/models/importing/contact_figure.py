@@ -7,14 +7,18 @@ import numpy as np
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import UsageError
 from shakedown.models.importing.import_model import Import
-from shakedown.models.readers.mesh import CORNERS
+from shakedown.models.readers.mesh import CORNERS, FACES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _ARROW = 0.7  # length of an arrow, by the mean distance of the nodes
-_HALF = 1.8  # half the width of a letter of a name [points]
 _MOST_NAMED = 20  # nodes with names; of more some, evenly spread
+_VECTORS = {
+    "normal, into the first body": "tab:red",
+    "first tangent": "tab:blue",
+    "second tangent": "tab:green",
+}
 
 
 @checked
@@ -41,54 +45,26 @@ def contact_picture(made: Import, ax: "Axes | None" = None) -> "Axes":
 
         projection = "3d" if contact.directions > 1 else None
         ax = Figure(figsize=(6.0, 4.6), layout="constrained").add_subplot(projection=projection)
-    if contact.directions > 1:
-        _in_space(made, ax)
-        return ax
-    a, b = contact.axes[0] - 1, contact.axes[1] - 1
-    for shape, nodes in mesh.elements.values():
-        if shape in ("triangle", "quadrilateral"):
-            ring = mesh.at([*nodes[: CORNERS[shape]], nodes[0]])
-            ax.plot(ring[:, a], ring[:, b], color="0.8", linewidth=0.5, zorder=1)
-    ax.plot(mesh.coordinates[:, a], mesh.coordinates[:, b], ".", color="0.6", markersize=2, zorder=2)
-    place = contact.coordinates[:, [a, b]]
-    normals = contact.unit_normals[:, [a, b]]
-    ax.quiver(*place.T, *normals.T, angles="xy", color="tab:red", width=0.004)
-    ax.plot(place[:, 0], place[:, 1], "o", color="tab:red", markersize=3, zorder=3)
-    paper = {"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8}
-    style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 6, "bbox": paper}
-    named = list(zip(contact.names, place.tolist(), normals, strict=True))
-    for name, at, normal in named[:: -(-len(named) // _MOST_NAMED)]:  # behind the node, off its arrow
-        away, turned = -(6.0 + _HALF * len(name)) * normal, 90.0 * (abs(normal[1]) > abs(normal[0]))
-        ax.annotate(name, at, away, textcoords="offset points", rotation=turned, **style)
+    axes = [axis - 1 for axis in contact.axes]
+    if ax.name != ("3d" if len(axes) == 3 else "rectilinear"):
+        raise UsageError(f"picture: expected axes in {len(axes)} dimensions, found '{ax.name}' ones")
+    plot: Any = ax
+    flat = [nodes[: CORNERS[shape]] for shape, nodes in mesh.elements.values() if len(FACES[shape][0]) == 2]
+    for ring in flat or [facet.corners for facet in mesh.boundary(set(contact.first.tolist()))]:
+        plot.plot(*mesh.at([*ring, ring[0]]).T[axes], color="0.75", linewidth=0.5)
+    place, frame = contact.coordinates, made.condensation.frame
+    spacing = float(np.ptp(place, axis=0).max() or 1.0) / max(len(place) ** (1 / frame.directions) - 1, 1)
+    vectors = (frame.normals, *frame.slip_axes.swapaxes(0, 1))
+    for along, (label, colour) in zip(vectors, _VECTORS.items(), strict=False):
+        start = place[:, axes]
+        lines = np.stack([start, start + _ARROW * spacing * along, np.full_like(start, np.nan)], axis=1)
+        plot.plot(*lines.reshape(-1, len(axes)).T, color=colour, linewidth=0.8, label=label)
+    plot.plot(*place.T[axes], "o", color="tab:red", markersize=3)
+    behind = place[:, axes] - _ARROW * spacing * frame.normals
+    for k in range(0, len(place), -(-len(place) // _MOST_NAMED)):
+        turned = 90.0 * (len(axes) == 2 and abs(frame.normals[k, 1]) > abs(frame.normals[k, 0]))
+        plot.text(*behind[k], contact.names[k], ha="center", va="center", fontsize=6, rotation=turned)
     ax.set_aspect("equal")
-    ax.set(xlabel="xyz"[a], ylabel="xyz"[b])
-    ax.set_title("contact nodes and normals into the first body", fontsize=9)
-    return ax
-
-
-def _in_space(made: Import, ax: Any) -> None:
-    """Normals and both tangents at the contact nodes, on the faces that the nodes span."""
-    contact, frame = made.contact, made.condensation.frame
-    assert contact.coordinates is not None
-    assert made.mesh is not None
-    if getattr(ax, "name", "") != "3d":
-        raise UsageError("picture: expected axes in three dimensions (projection='3d'), found plane ones")
-    place = contact.coordinates
-    for facet in made.mesh.boundary(set(contact.first.tolist())):
-        ax.plot(*made.mesh.at([*facet.corners, facet.corners[0]]).T, color="0.75", linewidth=0.5)
-    length = _ARROW * float(np.ptp(place, axis=0).max() or 1.0) / max(np.sqrt(len(place)) - 1, 1)
-    first, second = frame.slip_axes.transpose(1, 0, 2)
-    for vectors, colour, label in (
-        (frame.normals, "tab:red", "normal, into the first body"),
-        (first, "tab:blue", "first tangent"),
-        (second, "tab:green", "second tangent"),
-    ):
-        style = {"color": colour, "label": label, "linewidth": 0.8, "arrow_length_ratio": 0.2}
-        ax.quiver(*place.T, *(length * vectors).T, **style)
-    low, high = place.min(axis=0) - length, place.max(axis=0) + length
-    limits = dict(zip(("xlim", "ylim", "zlim"), zip(low, high, strict=True), strict=True))
-    ax.set(**limits, xlabel="x", ylabel="y", zlabel="z")
-    ax.set_box_aspect(high - low, zoom=0.9)
-    ax.locator_params(nbins=4)
+    ax.set(**dict(zip(("xlabel", "ylabel", "zlabel"), ("xyz"[a] for a in axes), strict=False)))
     ax.legend(loc="upper left", fontsize=7)
-    ax.set_title("contact nodes, normals and tangents", fontsize=9)
+    return ax

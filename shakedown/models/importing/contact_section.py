@@ -30,7 +30,7 @@ from shakedown.models.readers.toml_table import TomlTable, is_number, shown
 Friction = FloatArray | Mapping[str, float]  # () or (n,), or a coefficient for each node set
 COORDINATES = "coordinates"  # the word for a gap between the nodes as the deck places them
 _BESIDE = ("reach", "uncovered", "finer")  # keys that stand beside 'surfaces' only
-_ALONE = ("nodes", "pairs", "surface", "relative", "tied")  # keys that do not stand beside it
+_ALONE = ("nodes", "pairs", "surface", "tied")  # keys that do not stand beside it
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -45,8 +45,6 @@ class ContactSection(ContactDirections):
         Whether a third direction moves without friction.
     tied : (n,) or None
         The node tied to each contact node, for reactions.
-    relative : bool
-        Whether the rows of the contact nodes are displacements u₁ − u₂ of two bodies.
     x : (n,) or (n, 2) or (n, 3) or None
         Positions along the contact; of a flat patch in space on its plane, else where they are [length].
     coordinates : (n, 3) or None
@@ -74,7 +72,6 @@ class ContactSection(ContactDirections):
     labels: NDArray[np.intp]
     free_out_of_plane: bool
     tied: NDArray[np.intp] | None
-    relative: bool
     x: FloatArray | None
     coordinates: FloatArray | None
     gap: FloatArray
@@ -194,7 +191,6 @@ def contact_section(
         labels=labels,
         free_out_of_plane=table.flag("free_out_of_plane"),
         tied=_array(table, "tied", int, (None,)),
-        relative=table.flag("relative"),
         x=_array(table, "x", float, (None,) if len(found.axes) == 2 else (None, 2)),
         coordinates=mesh.at(first) if mesh.is_known else None,
         gap=np.zeros(()),
@@ -206,8 +202,6 @@ def contact_section(
         name=name,
         friction=friction,
     )
-    if contact.relative:
-        _check_relative(contact, mesh, table.where)
     check_order(contact, table.where, {"x": contact.x})
     placed = _placed(contact, mesh) if found.axes != SPACE else _on_patch(contact)
     placed = replace(placed, gap=_initial_gap(table, placed, mesh, files))
@@ -461,21 +455,6 @@ def _areas(
     surface = table.content.get("surface")
     area = mesh.node_areas(first, surface if isinstance(surface, str) else None, thickness)
     return None if area is None else hat_areas(area, first, between)
-
-
-def _check_relative(contact: ContactSection, mesh: Mesh, where: str) -> None:
-    """Refuse ``relative`` unless the deck's equations make the rows of contact nodes u₁ − u₂."""
-    if contact.labels.ndim != 1:
-        raise unfit(f"{where}: key 'relative'", "'nodes' (u1 - u2)", "'pairs'")
-    if not mesh.elements:
-        return
-    for label in contact.labels.tolist():
-        for axis in contact.axes:
-            if (label, axis) not in mesh.relative:
-                raise ProblemError(
-                    f"{where}: key 'relative': expected an *EQUATION u1 - u2 - u = 0 for direction {axis} of "
-                    f"node {label}, found none in the deck"
-                )
 
 
 def _placed(contact: ContactSection, mesh: Mesh) -> ContactSection:

@@ -284,7 +284,6 @@ def import_model(
                                    angles to it and to the normal
         [axes]                     of a plane problem: directions that span it, default [1, 2]
         [free_out_of_plane]        true: a third direction moves without friction
-        [relative]                 true: the rows of the nodes are u1 - u2 of two bodies
         [tied]                     for reactions: the node tied to each contact node, whose
                                    force CalculiX prints apart
         [x]                        positions for plots, by default from the coordinates
@@ -374,10 +373,14 @@ def import_model(
         condensed, difference, evidence = _reduced(asked, context, loads, bolts, doubts, announce)
     else:
         condensed, difference, evidence = kept.condensation, kept.static_run, kept.evidence
-    acting = load_evidence.acting_loads(loads, bolts, condensed, units_in(asked.units).force)
-    cases, stiffness, frame = acting.cases, context.stiffness, condensed.frame
+    units, force_unit = [condensed.welded(bolt.unit) for bolt in bolts], units_in(asked.units).force
+    loads += [bolt.load(unit, force_unit) for bolt, unit in zip(bolts, units, strict=True)]
+    welded = [condensed.welded(load.case) for load in loads]  # the interior is solved once for each
+    pulls = [[bolt.pull(unit, each) for each in welded] for bolt, unit in zip(bolts, units, strict=True)]
+    added = np.reshape(pulls, (len(bolts), len(loads)))  # by each load at factor 1 to the force in each bolt
+    cases, stiffness, frame = [load.case for load in loads], context.stiffness, condensed.frame
     bare = condensed.problem(
-        cases, f, x=contact.x, gap=contact.gap, name=asked.name, units=asked.units, welded=acting.welded
+        cases, f, x=contact.x, gap=contact.gap, name=asked.name, units=asked.units, welded=welded
     )
     sources = {**({} if kept is None else kept.sources), **files.sources}
     sources = {Path(config_path).name: sha256(config_path), **sources}
@@ -389,9 +392,8 @@ def import_model(
         *evidence.warnings,
         *without,
         *closing,
-        *load_evidence.load_doubts(acting, names, condensed.stiffness),
-        *bolt_section.bolt_doubts(bolts, names[len(asked.loads) :], evidence.bodies, normals, stiffness.dofs),
-        *load_evidence.pulled_open(bare, np.asarray(contact.gap)),
+        *load_evidence.load_doubts(loads, names, welded, condensed.stiffness),
+        *load_evidence.not_pressed(bare),
     )
     warnings, accepted = _parted(doubts, asked.accepted)
     typed = [*([command] if command else []), *(f"{key}={value!r}" for key, value in (changes or {}).items())]
@@ -417,8 +419,8 @@ def import_model(
         static_run=difference,
         evidence=evidence,
         loads=tuple(
-            resultants.of(case, name, welded.reactions, pulls)
-            for case, name, welded, pulls in zip(cases, names, acting.welded, acting.pulls.T, strict=True)
+            resultants.of(case, name, each.reactions, pull)
+            for case, name, each, pull in zip(cases, names, welded, added.T, strict=True)
         ),
         sources=sources,
         warnings=warnings,
@@ -429,9 +431,7 @@ def import_model(
             *evidence.notes,
             *_contact_notes(context),
             *circumference_notes(stiffness, mesh),
-            *load_section.absent_before(cases, names),
-            *load_section.uneven(cases),
-            *bolt_section.bolt_notes(bolts, names, acting.welded, acting.pulls),
+            *bolt_section.bolt_notes(bolts, names, welded, added),
         ),
         path=os.fspath(config_path),
     )
@@ -489,13 +489,6 @@ def _contact_notes(context: ImportContext) -> Iterator[str]:
     contact, mesh = context.contact, context.mesh
     if contact.labels.ndim > 1 and contact.coordinates is None:
         yield "pairs and normals are not checked, because [model] does not say where the nodes are"
-    if contact.relative:
-        found = (
-            ", as the equations of the deck say"
-            if mesh.elements
-            else ": stated, not checked (no deck in [model])"
-        )
-        yield f"the contact displacements are relative, u1 - u2{found}"
     if contact.directions > 1:
         return
     (across,) = {1, 2, 3} - set(contact.axes)

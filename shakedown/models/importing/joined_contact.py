@@ -17,7 +17,7 @@ from shakedown.models.readers.text import InputFiles, quoted, unfit
 from shakedown.models.readers.toml_table import TomlTable, shown
 
 BESIDE = 5.0  # node spacings left on the axis of positions between patches that would overlap there
-ALIKE = ("axes", "relative", "free_out_of_plane")  # keys that are about the whole model
+ALIKE = ("axes", "free_out_of_plane")  # keys that are about the whole model
 
 
 def contact_of(

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +9,6 @@ from numpy.typing import NDArray
 from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.models.condensation.condense import Condensation
 from shakedown.models.condensation.contact_frame import ContactFrame
 from shakedown.models.condensation.factorised_interior import WeldedCase
 from shakedown.models.condensation.load_case import MEAN_ROUND_OFF, LoadCase, histories
@@ -70,31 +68,6 @@ class LoadEvidence(Result):
     parts: tuple[LoadPart, ...]
 
 
-class ActingLoads(NamedTuple):
-    """The loads, those of the bolts last, and what each does at factor 1 while the contact is welded.
-
-    ``pulls`` (bolts, loads) is what every load adds to the force in every bolt [force].
-    """
-
-    loads: list[LoadSection]
-    cases: list[LoadCase]
-    welded: list[WeldedCase]
-    pulls: FloatArray
-
-
-def acting_loads(
-    loads: Sequence[LoadSection], bolts: Sequence[BoltSection], reduced: Condensation, force_unit: str
-) -> ActingLoads:
-    """Loads and the preloads of bolts on a welded model, whose interior is solved once for each."""
-    units = [reduced.welded(bolt.unit) for bolt in bolts]
-    every = [*loads, *(bolt.load(unit, force_unit) for bolt, unit in zip(bolts, units, strict=True))]
-    welded = [reduced.welded(load.case) for load in every]
-    pulls = [[bolt.pull(unit, each) for each in welded] for bolt, unit in zip(bolts, units, strict=True)]
-    return ActingLoads(
-        every, [load.case for load in every], welded, np.reshape(pulls, (len(bolts), len(every)))
-    )
-
-
 class Resultants:
     """The resultants of load cases of one model."""
 
@@ -108,7 +81,7 @@ class Resultants:
         bolts: Sequence[BoltSection] = (),
     ) -> None:
         self.dofs, self.contact, self.frame, self.bolts = stiffness.dofs, contact, frame, bolts
-        self.bodies, self.patches = evidence.bodies, evidence.patches
+        self.bodies = evidence.bodies
         self.axisymmetric = mesh.axisymmetric
         self.places = None if self.axisymmetric else places_of_rows(stiffness, mesh)
         self.middle = np.zeros(3)
@@ -138,13 +111,10 @@ class Resultants:
         for name, wrench in acting.items():
             if wrench[:3].any() or np.nan_to_num(wrench[3:]).any():
                 yield self._part(f"applied, {name}", wrench)
-        count = int(self.patches.max()) + 1
-        for patch in range(count):
-            on = self.patches == patch
-            which = f"contact, patch {patch + 1}" if count > 1 else f"contact, {self.bodies[0].name}"
-            if self.contact.patches:
-                which = f"contact, {self.contact.patches[patch].name}"
-            yield self._part(which, self._wrench(first[on], welded[on]))
+        for patch, part in enumerate(self.contact.parts):
+            on = self.contact.numbers == patch
+            which = part.name or self.bodies[0].name
+            yield self._part(f"contact, {which}", self._wrench(first[on], welded[on]))
         if case.reactions is not None or case.opened is not None:
             return  # what acts on the bodies besides is not known
         keys = [axis - 1 for axis in self.contact.axes]
@@ -180,13 +150,15 @@ class Resultants:
         return LoadPart(what, wrench[[axis - 1 for axis in axes]], wrench[[2 + axis for axis in about]])
 
 
-def load_doubts(acting: ActingLoads, names: Sequence[str], stiffness: FloatArray) -> Iterator[str]:
+def load_doubts(
+    loads: Sequence[LoadSection], names: Sequence[str], welded: Sequence[WeldedCase], stiffness: FloatArray
+) -> Iterator[str]:
     """Warnings about single loads, and about all of them together, on a model with κ."""
-    factors = histories(acting.cases)
+    factors = histories([load.case for load in loads])
     steps, stiff = len(factors.period), float(np.abs(stiffness).max())
     noise = MEAN_ROUND_OFF * np.maximum(np.abs(factors.period).max(axis=0), np.abs(factors.means))
     still = np.abs(factors.period - factors.means).max(axis=0) <= noise
-    for k, (load, name) in enumerate(zip(acting.loads, names, strict=True)):
+    for k, (load, name) in enumerate(zip(loads, names, strict=True)):
         case, factor = load.case, factors.period[:, k]
         yield from (f"load {quoted(name)}: {doubt}" for doubt in load.doubts)
         if still[k] and (case.history is None or case.history.ndim):
@@ -197,7 +169,7 @@ def load_doubts(acting: ActingLoads, names: Sequence[str], stiffness: FloatArray
         size = max(each * np.abs(part).max(initial=0.0) for part, each in sizes if part is not None)
         if size == 0 and case.displacement is None:  # a displacement of zero holds its rows
             yield f"load {quoted(name)} is zero: it has no effect"
-        elif np.abs(acting.welded[k].reactions).max() <= NEGLIGIBLE * size and size > 0:  # round-off
+        elif np.abs(welded[k].reactions).max() <= NEGLIGIBLE * size and size > 0:  # round-off
             yield f"load {quoted(name)} reaches no contact node: the welded contact carries nothing of it"
     if still.all():
         yield (
@@ -206,18 +178,11 @@ def load_doubts(acting: ActingLoads, names: Sequence[str], stiffness: FloatArray
         )
 
 
-def pulled_open(problem: Problem, gap: FloatArray) -> Iterator[str]:
-    """A warning about a mean load that pulls the contact open or does not close a gap."""
+def not_pressed(problem: Problem) -> Iterator[str]:
+    """A warning about a mean load that does not press the bodies on each other."""
     p_mean = problem.p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean
-    if p_mean.sum() < 0 and gap.max() > 0:
+    if p_mean.sum() < 0 or not p_mean.any():
         yield (
-            f"the mean load leaves an initial gap of up to {gap.max():.3g} open: 'gap' is positive where the "
-            "bodies lie apart and negative where they interfere"
+            "no mean load presses the contact together: normals point into the (first) body, reactions are "
+            "the forces on it, and 'gap' is positive where the bodies lie apart"
         )
-    elif p_mean.sum() < 0:
-        yield (
-            "the mean load pulls the welded contact open: the normals must point into the (first) body and "
-            "reactions must be the forces on it"
-        )
-    elif not p_mean.any():
-        yield "no mean load presses the contact together"

@@ -1,6 +1,6 @@
 """``[[load]]``, ``[supports]`` and ``[check]``: what acts and when, what is held, static runs elsewhere."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,7 +12,7 @@ from shakedown.ground.constants import DIRECTIONS, MANY, PER_CENT, SIX_DIGITS, F
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.joint.constraints import LARGEST_FORCE
 from shakedown.models.condensation.condense import Condensation
-from shakedown.models.condensation.load_case import LoadCase, histories
+from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.importing.contact_section import check_order
 from shakedown.models.importing.model_section import Values, values_of
 from shakedown.models.importing.stiffness_section import HOOP, ImportContext
@@ -297,24 +297,6 @@ def _set_constant(table: dict[str, Any], value: float, where: str) -> None:
         if all(map(is_number, numbers)):  # else refused where it is read
             scaled = [number * table["history"] / old for number in numbers]
             table[key] = scaled if isinstance(table[key], list) else scaled[0]
-
-
-def absent_before(cases: Sequence[LoadCase], names: Sequence[str]) -> Iterator[str]:
-    """A note: which load cases have no factors for the load steps before the first period, if others have."""
-    silent = [name for case, name in zip(cases, names, strict=True) if case.transient is None]
-    if 0 < len(silent) < len(cases):
-        absent = ", ".join(map(quoted, silent))
-        yield f"transient: not given for {absent} and so absent from the load steps before the first period"
-
-
-def uneven(cases: Sequence[LoadCase]) -> Iterator[str]:
-    """Notes on stated loads that go further one way than the other: mean ± amplitude then covers more."""
-    factors = histories(cases)
-    for case, mean, column in zip(cases, factors.means, factors.period.T, strict=True):
-        ends = (1.0 if case.value is None else case.value) * (np.array([column.min(), column.max()]) - mean)
-        if case.is_stated and abs(ends.sum()) > PER_CENT * np.abs(ends).max():
-            departs = f"departs from its mean by {ends.min():+.4g} and {ends.max():+.4g} {case.unit}".rstrip()
-            yield f"{quoted(case.name)} {departs}: its amplitude is the larger; key 'mean' moves the mean"
 
 
 def _forces(table: TomlTable, context: ImportContext) -> FloatArray | None:

@@ -8,8 +8,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from shakedown import __version__
@@ -79,12 +77,9 @@ class PairDistances(Result):
 
 
 def distances_of(contact: ContactSection, mesh: Mesh) -> PairDistances | None:
-    """Distances of the pairs of a contact, or of those that equations make; None where there are none."""
+    """Distances of the pairs of a contact; None where there are none."""
     pairs = contact.labels
-    if contact.relative:
-        keys = [(label, contact.axes[0]) for label in contact.first.tolist()]
-        pairs = np.array([mesh.relative[key] for key in keys if key in mesh.relative])
-    if contact.coordinates is None or len(pairs) < contact.first.size or pairs.ndim == 1:
+    if contact.coordinates is None or pairs.ndim == 1:
         return None
     first, units = mesh.at(pairs[:, 0]), contact.unit_normals
     between = first - mesh.at(pairs[:, 1])
@@ -181,7 +176,7 @@ def _gap(contact: ContactSection) -> Iterator[str]:
 
 
 def _normals(contact: ContactSection, mesh: Mesh, where: str) -> Iterator[str]:
-    """Refuse normals out of the first body; doubt those unlike the faces, and nodes that are left out.
+    """Refuse normals out of the first body; doubt those unlike the faces.
 
     Where no faces are known, nothing is said. The faces of the second body must look at the first one's.
     """
@@ -205,7 +200,6 @@ def _normals(contact: ContactSection, mesh: Mesh, where: str) -> Iterator[str]:
             )
     if contact.coupling is not None:
         return
-    yield from _left_out(mesh, contact.first.tolist())
     if contact.labels.ndim > 1:
         opposite = mesh.face_normals(contact.labels[:, 1])
         if ((given * opposite).sum(axis=1) > 0).all():
@@ -213,18 +207,6 @@ def _normals(contact: ContactSection, mesh: Mesh, where: str) -> Iterator[str]:
                 f"{where}: expected faces of the second body that look at those of the first, found that "
                 f"both bodies lie on the same side of the contact at {names[0]}"
             )
-        yield from _left_out(mesh, contact.labels[:, 1].tolist())
-
-
-def _left_out(mesh: Mesh, labels: list[int]) -> Iterator[str]:
-    """A warning about nodes between the corners of a body's faces at the contact that are not in it."""
-    between = {node for facet in mesh.boundary(set(labels)) for node in facet.between}.difference(labels)
-    if between:
-        yield (
-            f"faces at the contact have {len(between)} node(s) between their corners that are no contact "
-            f"nodes, first {min(between)}: these pass through the other body; take them in, or linear "
-            "elements"
-        )
 
 
 def _shown(vector: FloatArray) -> str:
@@ -272,7 +254,7 @@ class ModelEvidence(Result):
     bodies : tuple of ModelBody
         The connected parts of the model, with the rigid motions that nothing but the contact resists.
     patches : (n,)
-        Which patch of the contact every node belongs to, from 0.
+        Which patch of the configuration every node belongs to, from 0.
     pairs : tuple of PairDistances or None
         For every patch of the configuration: how far apart the nodes of its pairs lie, where that is known.
     rigid_residual : float
@@ -318,7 +300,7 @@ def model_evidence(
     held[rows] = True
     return ModelEvidence(
         bodies=bodies_of(stiffness, held, contact, mesh),
-        patches=contact_patches(contact, stiffness, mesh),
+        patches=contact.numbers,
         pairs=tuple(distances_of(part, mesh) for part in contact.parts),
         rigid_residual=rigid_residual(stiffness, mesh, contact.axes),
         alone=stiffness.dofs[alone],
@@ -373,37 +355,6 @@ def bodies_of(
         nodes = nodes[nodes > 0]  # without internal ones
         bodies.append(ModelBody(name, nodes, tuple(words), met.count(which)))
     return tuple(bodies)
-
-
-def contact_patches(contact: ContactSection, stiffness: Stiffness, mesh: Mesh) -> NDArray[np.intp]:
-    """Which patch every contact node belongs to, (n,), from 0.
-
-    Where the configuration names several patches, they are these. Else two nodes of the first body lie on one
-    patch if they share a face (or an entry of the matrix, where no faces are known), their normals point the
-    same way, and the nodes opposite belong to one body.
-    """
-    if contact.patches:
-        return contact.numbers
-    first, n = contact.first, contact.first.size
-    place = dict(zip(first.tolist(), range(n), strict=True))
-    if mesh.elements:
-        faces = [[place[node] for node in face.nodes if node in place] for face in mesh.boundary(set(place))]
-        edges = [(face[0], other) for face in faces for other in face[1:]]
-    else:
-        rows = np.flatnonzero(np.isin(stiffness.dofs[:, 0], first))
-        K = stiffness.K[rows][:, rows].tocoo()
-        nodes = stiffness.dofs[rows, 0]
-        edges = [(place[a], place[b]) for a, b in zip(*(nodes[k].tolist() for k in K.coords), strict=True)]
-    pairs = np.array(edges, dtype=np.intp).reshape(-1, 2)
-    normals = contact.unit_normals
-    alike = (normals[pairs[:, 0]] * normals[pairs[:, 1]]).sum(axis=1) > 0
-    if contact.two_bodies:
-        opposite = np.array([stiffness.part_of.get(node, -1) for node in contact.facing[:, 1].tolist()])
-        alike &= opposite[pairs[:, 0]] == opposite[pairs[:, 1]]
-    a, b = pairs[alike].T
-    graph = sparse.coo_array((np.ones(len(a)), (a, b)), shape=(n, n))
-    found = connected_components(graph, directed=False)[1]
-    return np.unique(found, return_index=True)[1].argsort().argsort()[found]  # in the order of the nodes
 
 
 def rigid_residual(stiffness: Stiffness, mesh: Mesh, axes: Sequence[int]) -> float:
@@ -488,7 +439,7 @@ def free_motions(
 def model_doubts(stiffness: Stiffness, contact: ContactSection, mesh: Mesh) -> Iterator[str]:
     """Warnings where matrix, row map and deck hardly belong together, or nodes that touch are no pairs."""
     yield from _touching(stiffness, contact, mesh)
-    if not mesh.elements or stiffness.superelement or mesh.relative or mesh.rotated:
+    if not mesh.elements or stiffness.superelement or mesh.equations or mesh.rotated:
         return
     nodes = stiffness.dofs[stiffness.dofs[:, 0] > 0, 0]
     unknown = nodes[~np.isin(nodes, mesh.labels)]
@@ -548,7 +499,7 @@ def _resisting(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) -> I
 def _touching(stiffness: Stiffness, contact: ContactSection, mesh: Mesh) -> Iterator[str]:
     """A warning about nodes of two bodies at one place that are no pair of the contact."""
     labels, part = np.array(list(stiffness.part_of)), np.array(list(stiffness.part_of.values()))
-    if contact.relative or not set(labels.tolist()) <= set(mesh.labels.tolist()):
+    if mesh.equations or not set(labels.tolist()) <= set(mesh.labels.tolist()):
         return
     places = mesh.at(labels)
     size = float(np.ptp(places, axis=0).max())

@@ -103,14 +103,10 @@ def circumference_notes(stiffness: Stiffness, mesh: Mesh | None) -> tuple[str, .
     """What a user should know of the import of an axisymmetric model."""
     if stiffness.circumference == 1 and (mesh is None or not mesh.axisymmetric):
         return ()
-    taken = "stands for the whole circumference"
-    if stiffness.circumference != 1:
-        taken = (
-            f"is that of {360 / stiffness.circumference:g} degrees, taken {stiffness.circumference:g} times"
-        )
+    taken = f"{360 / stiffness.circumference:g} degrees, taken {stiffness.circumference:g} times"
     return (
-        f"axisymmetric: the matrix {taken}; forces and reactions are those on the whole circumference, areas "
-        "2 pi r times a length",
+        f"axisymmetric: the matrix is that of {taken}; forces and reactions are those on the whole "
+        "circumference, areas 2 pi r times a length",
     )
 
 

@@ -209,7 +209,7 @@ class _Deck:
             surfaces,
             elements,
             rotated=rotated,
-            relative=relative_displacements(self._equations(), node_sets),
+            equations=bool(self.of("EQUATION")),
             axisymmetric=self._axisymmetric(),
             matrix_by=self._matrix_by(),
             systems={card.name("NAME"): (card.parameters, card.data) for card in self.of("ORIENTATION")},
@@ -348,22 +348,6 @@ class _Deck:
                 unusable[name] = str(error)
         return surfaces, unusable
 
-    def _equations(self) -> list[Line]:
-        """The terms of every equation, three fields each."""
-        found: list[Line] = []
-        for card in self.of("EQUATION"):
-            read, count = list[str](), 0
-            for where, fields in card.data if "REMOVE" not in card.parameters else ():
-                own = [text for text in fields if text]
-                if not count:
-                    count = integers(own[:1] or [""], where)[0]
-                    continue
-                read += own
-                if len(read) >= 3 * count:
-                    found.append((where, read))
-                    read, count = [], 0
-        return found
-
     def _axisymmetric(self) -> bool:
         """Whether the elements are axisymmetric."""
         kinds = [card.name("TYPE") for card in self.of("ELEMENT")]
@@ -453,35 +437,6 @@ def _generated(fields: list[str], known: Labels, where: str) -> list[int]:
         raise unfit(where, "'first, last, step' of a set", quoted(",".join(fields)))
     inside = known[(known >= first) & (known <= last) & ((known - first) % stride == 0)]
     return [int(label) for label in np.sort(inside)]
-
-
-def relative_displacements(
-    equations: list[Line], node_sets: Mapping[str, Labels]
-) -> dict[tuple[int, int], tuple[int, int]]:
-    """Which two nodes an equation of three terms subtracts, by (node, direction) of the result."""
-    relative: dict[tuple[int, int], tuple[int, int]] = {}
-    for where, fields in equations:
-        found = [_term(fields[k : k + 3], where, node_sets) for k in range(0, len(fields), 3)]
-        terms = [term for term in found if term is not None]
-        if len(found) != 3 or len(terms) != 3 or len({direction for _, direction, _ in terms}) != 1:
-            continue
-        for k, (node, direction, factor) in enumerate(terms):
-            others = terms[:k] + terms[k + 1 :]
-            minus = [own for own, _, weight in others if weight == factor]
-            plus = [own for own, _, weight in others if weight == -factor]
-            if len(minus) == len(plus) == 1:
-                relative[node, direction] = (plus[0], minus[0])
-    return relative
-
-
-def _term(fields: list[str], where: str, node_sets: Mapping[str, Labels]) -> tuple[int, int, float] | None:
-    """Node, direction and factor of one term; None for a term of several nodes."""
-    name = fields[0].split(".")[-1]
-    own = None if name.isdigit() else node_sets.get(name.upper())
-    if len(fields) != 3 or (own is None and not name.isdigit()) or (own is not None and len(own) != 1):
-        return None
-    node = integers([name], where)[0] if own is None else int(own[0])
-    return node, integers(fields[1:2], where)[0], number(fields[2], where)
 
 
 def _rows(path: str | os.PathLike[str], size: int | None) -> Labels:

@@ -184,9 +184,8 @@ class Mesh:
         Shape and nodes of every element.
     rotated : mapping
         The system (``*TRANSFORM``) of nodes whose directions are not x, y, z, as the deck has it.
-    relative : mapping
-        (node, direction) of degrees of freedom that an ``*EQUATION`` makes the
-        difference u₁ − u₂ of two others: the labels of these two.
+    equations : bool
+        Whether an ``*EQUATION`` ties some of its displacements to others.
     axisymmetric : bool
         Whether the elements are sections of a body of revolution about the axis x = 0.
     matrix_by : str
@@ -216,7 +215,7 @@ class Mesh:
     surfaces: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     elements: Mapping[int, Element] = field(default_factory=dict)
     rotated: Mapping[int, Orientation] = field(default_factory=dict)
-    relative: Mapping[tuple[int, int], tuple[int, int]] = field(default_factory=dict)
+    equations: bool = False
     axisymmetric: bool = False
     matrix_by: str = ""
     systems: Mapping[str, Orientation] = field(default_factory=dict)

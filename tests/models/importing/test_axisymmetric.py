@@ -234,7 +234,7 @@ def test_abaqus_writes_the_whole_circumference(ring):
     expected = import_model(ring / "import.toml")
     assert made.stiffness.circumference == 1
     np.testing.assert_allclose(made.problem.C, expected.problem.C, rtol=1e-9)
-    assert any("the matrix stands for the whole circumference" in note for note in made.notes)
+    assert any("the matrix is that of 360 degrees" in note for note in made.notes)
 
 
 def test_a_deck_is_axisymmetric_or_not(ring):

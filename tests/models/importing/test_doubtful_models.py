@@ -177,13 +177,13 @@ WARNED = {
             .replace("[contact]", "[contact]\ngap = 0.01"),
             deck,
         ),
-        "the mean load leaves an initial gap of up to 0.01 open: 'gap' is positive where the bodies lie apart",
+        "'gap' is positive where the bodies lie apart",
     ),
     "a last step that is the first": (
         listed(0.0, 1.0, 0.0, -1.0, 0.0),
         "the last of 5 load steps repeats the first and is left out, because the period closes by itself",
     ),
-    "pulled": (lambda text, deck: (text.replace("-100.0", "100.0"), deck), "pulls the welded contact open"),
+    "pulled": (lambda text, deck: (text.replace("-100.0", "100.0"), deck), "no mean load presses the contact together"),
     "forces on what is held": (
         lambda text, deck: (
             text.replace('["PUNCH_TOP", 1, 10.0]', "[40, 1, 10.0]") + "\n[supports]\nfixed = [[40, 1]]\n",
@@ -245,11 +245,6 @@ def test_the_period_closes_by_itself_unless_the_number_of_load_steps_is_stated(e
     kept = made(example, listed(0.0, 1.0, 0.5, -1.0, 0.0, steps="steps = 5"))
     assert (kept.problem.m, kept.warnings) == (5, ())
     assert any("The last load step repeats the first" in doubt for doubt in kept.doubts)
-
-
-def test_where_the_normals_are_right_a_gap_that_stays_open_is_named_alone(example):
-    found = made(example, WARNED["a gap that stays open"][0])
-    assert not any("normals" in warning for warning in found.warnings)
 
 
 def test_a_configuration_with_a_byte_order_mark_is_read(example):
@@ -318,13 +313,6 @@ def test_every_node_of_a_quadratic_face_bears_a_share_of_a_pressure(tmp_path):
     )
     # a third of a corner's force comes from the sides: Tᵀ r with r the same everywhere
     np.testing.assert_allclose(found.problem.p_w[0], [1.4, 1.4, 1.4, 0.6, 0.6, 0.6], rtol=1e-12)
-
-
-def test_nodes_between_corners_that_are_left_out_are_said(tmp_path):
-    (said,) = one_tetrahedron(tmp_path, [1, 2, 3]).warnings
-    assert said.startswith(
-        "faces at the contact have 3 node(s) between their corners that are no contact nodes, first 5"
-    )
 
 
 def test_friction_in_per_cent_stops_the_check(example):

@@ -195,22 +195,11 @@ def test_a_load_that_opens_the_contact_is_noted(tmp_path):
     )
     down = import_model(path)
     up = import_model(configured(tmp_path, 'file = "k"'))
-    assert ["pulls the welded contact open" in " ".join(made.warnings) for made in (down, up)] == [
+    assert ["no mean load presses" in " ".join(made.warnings) for made in (down, up)] == [
         False,
         True,
     ]
     assert up.problem.warnings == up.warnings
-
-
-def test_a_load_without_factors_before_the_first_period_is_named(tmp_path):
-    pull = TAIL + '[[load]]\nname = "pull"\nforces = [[21, 1, 1.0]]\nhistory = 1.0\n'
-    matrix = writers.abaqus_matrix(K, DOFS)
-    for more, expected in (("", False), ("transient = [2.0, 1.0]\n", True)):
-        notes = import_model(configured(tmp_path, 'file = "k"', pull + more, k=matrix)).notes
-        assert any("transient: not given for 'load 1' and so absent" in note for note in notes) == expected
-    every = pull.replace("history = {", "transient = [0.0, 1.0]\nhistory = {") + more
-    notes = import_model(configured(tmp_path, 'file = "k"', every)).notes
-    assert not any("transient" in note for note in notes)
 
 
 def solid(tmp_path, **more):

@@ -54,9 +54,14 @@ units = "N, mm"
 file = "nodes"
 [stiffness]
 file = "k"
-[contact]
-pairs = {[list(pair) for pair in pairs]}
-normals = {[[0, 1]] * 5 + [[0, -1]] * 5}
+[[contact]]
+name = "below"
+pairs = {[list(pair) for pair in pairs[:5]]}
+normal = [0, 1]
+[[contact]]
+name = "above"
+pairs = {[list(pair) for pair in pairs[5:]]}
+normal = [0, -1]
 [[load]]
 name = "clamp"
 forces = [[{pressed}, 2, -70.0]]
@@ -77,8 +82,8 @@ def test_a_clamp_is_told_patch_by_patch(clamp):
     found = {part.what: (*part.force, *part.moment) for part in load.parts}
     expected = {
         "applied, body 3": (0, -70, -35),  # half a millimetre beside the middle of the contact
-        "contact, patch 1": (0, 70, 35),
-        "contact, patch 2": (0, -70, -35),
+        "contact, below": (0, 70, 35),
+        "contact, above": (0, -70, -35),
         "supports, body 2": (0, 70, 35),
     }
     assert found.keys() == expected.keys()
@@ -86,7 +91,7 @@ def test_a_clamp_is_told_patch_by_patch(clamp):
         np.testing.assert_allclose(found[what], numbers, atol=1e-9)
     _, out, _ = run("import", str(clamp), "--check")
     lines = [line.split() for line in out.splitlines()]
-    assert ["contact,", "patch", "2", "0", "-70", "-35"] in lines
+    assert ["contact,", "above", "0", "-70", "-35"] in lines
     assert all(len(line) <= 80 for line in out.splitlines())
 
 

@@ -326,7 +326,7 @@ def test_what_was_read_is_shown(folder, made):
         "first tangent",
         "second tangent",
     ]
-    with pytest.raises(UsageError, match="expected axes in three dimensions"):
+    with pytest.raises(UsageError, match="expected axes in 3 dimensions"):
         contact_picture(made, ax=drawn.figure.add_subplot())
 
 

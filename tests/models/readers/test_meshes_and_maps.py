@@ -160,14 +160,6 @@ def test_nodes_of_elements_and_cylindrical_coordinates(tmp_path):
         deck(tmp_path, text + "*ELEMENT, TYPE=CPE3\n8, 3, 2, 1\n")
 
 
-def test_equations_say_what_is_relative(tmp_path):
-    text = "*NODE\n1, 0., 0.\n2, 0., 0.\n9, 0., 0.\n*EQUATION\n3\n1, 1, 1., 2, 1, -1., 9, 1, -1.\n3\n"
-    mesh = deck(tmp_path, text + "1, 2, -2., 2, 2, 2.,\n9, 2, 2.\n2\n1, 3, 1., 2, 3, -1.\n")
-    assert mesh.relative[9, 1] == (1, 2)
-    assert mesh.relative[9, 2] == (1, 2)
-    assert (9, 3) not in mesh.relative
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
