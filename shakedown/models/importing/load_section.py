@@ -19,14 +19,13 @@ from shakedown.models.importing.stiffness_section import HOOP, ImportContext
 from shakedown.models.readers import nodal_vectors
 from shakedown.models.readers.abaqus import ELEMENT, read_nodal_loads, read_substructure_load
 from shakedown.models.readers.mesh import Mesh
-from shakedown.models.readers.nastran import is_op4, read_op4_columns
+from shakedown.models.readers.nastran import read_op4_entries
 from shakedown.models.readers.nodal_vectors import NodalVectors, What
 from shakedown.models.readers.text import (
     InputFiles,
     NumberTable,
     listed,
     quoted,
-    read_bytes,
     read_lines,
     read_table,
     unfit,
@@ -327,17 +326,15 @@ def _nodal_loads(path: Path, case: str | None) -> Values:
 
 def _op4_column(path: Path, matrix: str, column: int | None, size: int) -> FloatArray:
     """One column of a matrix of loads on the rows of the stiffness."""
-    head = read_bytes(path, 256).decode("latin-1")
-    if not is_op4(head):
-        raise unfit(path, "an OUTPUT4 file beside the key 'matrix'", quoted(head))
-    values = read_op4_columns(path, matrix)
-    count = values.shape[1]
-    if len(values) != size:
-        raise unfit(path, f"{matrix} of {size} rows", len(values))
-    chosen = "none" if column is None else column
+    values = read_op4_entries(path, matrix)
+    rows, count = values.shape
+    if rows != size:
+        raise unfit(path, f"{matrix} of {size} rows", rows)
     if (column is None and count > 1) or not 1 <= (column or 1) <= count:
-        raise unfit(f"{path}: key 'column'", f"1 to {count}", chosen)
-    return values[:, (column or 1) - 1]
+        raise unfit(f"{path}: key 'column'", f"1 to {count}", column or "none")
+    found, own = np.zeros(size), values.col == (column or 1) - 1
+    found[values.row[own]] = values.data[own]
+    return found
 
 
 def _check_circumference(table: TomlTable, context: ImportContext) -> None:

@@ -6,7 +6,7 @@ import writers
 
 from shakedown import ProblemError, import_model
 from shakedown.models.readers.formats import read_stiffness
-from shakedown.models.readers.nastran import read_analysis_set, read_nastran_dmig, read_op4_columns
+from shakedown.models.readers.nastran import read_analysis_set, read_nastran_dmig, read_op4_entries
 
 DOFS = {101: [(n, d) for n in (3, 9) for d in (1, 2)], 102: [(n, d) for n in (9, 5, 3) for d in (1, 2)]}
 PUNCH = {
@@ -138,9 +138,9 @@ def test_binary_files_keep_the_places_of_a_name(folder):
     path = folder / "binary.op4"
     matrices = [K[101], np.arange(6.0).reshape(3, 2), K[102]]
     pyyeti_module("op4", "the test").OP4().write(path.as_posix(), ["kxx", "px", "kxx"], matrices)
-    np.testing.assert_array_equal(read_op4_columns(path, "KXX(1)"), K[101])
-    np.testing.assert_array_equal(read_op4_columns(path, "KXX(2)"), K[102])
-    np.testing.assert_array_equal(read_op4_columns(path, "PX(1)"), matrices[1])
+    np.testing.assert_array_equal(read_op4_entries(path, "KXX(1)").toarray(), K[101])
+    np.testing.assert_array_equal(read_op4_entries(path, "KXX(2)").toarray(), K[102])
+    np.testing.assert_array_equal(read_op4_entries(path, "PX(1)").toarray(), matrices[1])
 
 
 MODES = """friction = 0.3
