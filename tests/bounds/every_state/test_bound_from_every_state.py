@@ -56,22 +56,6 @@ def test_reference_joints(name):
     )
 
 
-@pytest.mark.parametrize("load_factor", [0.0, 0.6])
-def test_least_pressures_are_those_of_cone_programs(load_factor):
-    problem = joint()
-    scaled, (q_w, p_w) = scaled_joint(problem), loading(problem).at(load_factor)
-    least = least_pressures(scaled)
-    both = np.repeat(scaled.lengths, 2)
-    q, p = q_w[4], p_w[4]
-    found = least.at(scaled, (q * both)[None], (p * scaled.lengths)[None])[0] / scaled.lengths
-    v, (A, B, f) = cp.Variable(6), (problem.A, problem.B, problem.f)
-    limits = [cp.norm((q + A @ v)[2 * i : 2 * i + 2]) <= f[i] * (p + B @ v)[i] for i in range(3)]
-    for i in range(3):
-        least_of_all = cp.Problem(cp.Minimize((p + B @ v)[i]), limits).solve(solver="CLARABEL")
-        assert found[i] == pytest.approx(least_of_all, abs=1e-6)
-        assert found[i] <= least_of_all + 1e-7
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_round_off_takes_nothing_away_from_many_nodes(seed):
     """Multipliers are proved for every node: the weights exceed them by more than what round-off could do."""
@@ -122,21 +106,6 @@ def test_the_potential_falls_at_every_slip():
             assert u @ (problem.A @ v - z)[2 * i : 2 * i + 2] < 1e-7
             slips += 1
     assert slips > 40
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_without_coupling_it_is_the_largest_load_factor(seed):
-    problem = joint(seed=seed, coupling=0.0)
-    loop, v, t = loading(problem), cp.Variable(6), cp.Variable()
-    limits = [
-        cp.norm((loop.q0 + t * q + problem.A @ v)[2 * i : 2 * i + 2]) <= problem.f[i] * (loop.p0 + t * p)[i]
-        for q, p in zip(loop.q1, loop.p1, strict=True)
-        for i in range(3)
-    ]
-    largest = cp.Problem(cp.Maximize(t), limits).solve(solver="CLARABEL")
-    found = universal_bound(problem)
-    assert found.argument == "Melan"
-    assert found.load_factor == pytest.approx(largest, rel=1e-7)
 
 
 def test_one_node_without_coupling_has_a_closed_form():
@@ -266,22 +235,3 @@ def test_friction_above_which_a_node_runs_away():
     assert not unique_rates(scaled_joint(problem))
     found = universal_bound(problem)
     assert (found.load_factor, found.limited_by) == (0.0, "uniqueness")
-
-
-def test_load_domains_and_transients():
-    problem = joint()
-    one = universal_bound(problem)
-    domain = universal_bound(replace(problem, load_path="domain"))
-    assert domain.load_factor == one.load_factor
-    later = universal_bound(replace(problem, q_transient=problem.q_w[:2], p_transient=problem.p_w[:2]))
-    assert later.after_transient
-    assert later.load_factor == one.load_factor
-
-
-def test_a_mean_outside_the_loop():
-    problem = joint()
-    q_mean, p_mean = np.array([0.2, -0.1] * 3), np.array([5.0, 7.0, 6.0])
-    found = universal_bound(replace(problem, q_mean=q_mean, p_mean=p_mean))
-    assert 0.0 < found.load_factor < np.inf
-    below = universal_bound(replace(problem, q_mean=q_mean, p_mean=-p_mean))
-    assert below.status == "infeasible"

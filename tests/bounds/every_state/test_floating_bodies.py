@@ -8,9 +8,8 @@ from difficult_joints import floating_joint
 
 import shakedown
 from shakedown import Problem, universal_bound
-from shakedown.bounds.every_state.bound_of_floating import FloatingLimits, bounds_at
-from shakedown.bounds.every_state.least_pressures import SlipCurves, pressures_of_floating
-from shakedown.bounds.every_state.rates import ScaledJoint, rigid_rates, scaled_joint
+from shakedown.bounds.every_state.least_pressures import pressures_of_floating
+from shakedown.bounds.every_state.rates import rigid_rates, scaled_joint
 from shakedown.bounds.every_state.universal_bound import least_pressure_bound
 from shakedown.joint.constraints import loading
 
@@ -34,64 +33,6 @@ def test_two_like_halves_are_proved_to_their_end():
     assert found.load_factor / shakedown.upper_bound(flange).load_factor == pytest.approx(1.0, abs=1e-5)
     assert (found.argument, found.limited_by) == ("least pressures, rigid motions apart", "swing")
     assert shakedown.assess(flange).proved_from_every_state == found.load_factor
-
-
-def test_a_body_without_pressures_is_proved_nothing_of():
-    for kind in ("plane", "translations"):
-        problem = drawn(0, kind)
-        found = universal_bound(replace(problem, p_w=0.0 * problem.p_w))
-        assert not found.load_factor > 0.0
-
-
-def test_nothing_is_left_of_a_node_that_may_lift_off():
-    joint = scaled_joint(proved("plane"))
-    least = pressures_of_floating(joint)
-    load_factor = 1.0
-    while (pi := bounds_at(joint, least, load_factor)).min() >= 0.0:
-        load_factor *= 2.0
-    step, node = np.unravel_index(pi.argmin(), pi.shape)
-    w = joint.q0 + load_factor * joint.q1[step]
-    steep = SlipCurves(0.5 * np.ones(joint.n), 1e6 * np.sign(w)[:, None], np.zeros(joint.n))
-    left, _ = FloatingLimits(joint, least, steep).left(np.zeros(joint.n), load_factor)
-    assert left[step, node] == -np.inf
-
-
-def admissible(joint: ScaledJoint, q_w: np.ndarray, p_w: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Slips with |q| ≤ f p under a load, at the limits as far as may be: sent along rays from a safe one."""
-    start = np.zeros(2 * joint.n)
-
-    def slack(v: np.ndarray) -> float:
-        q = (q_w + joint.A @ v).reshape(-1, 2)
-        return float((joint.f * (p_w + joint.B @ v) - np.hypot(*q.T)).min())
-
-    found = []
-    for _ in range(200):
-        ray, low, high = rng.normal(size=2 * joint.n) @ joint.A, 0.0, 1.0
-        while slack(start + high * ray) > 0 and high < 1e3:
-            high *= 2
-        for _ in range(40):
-            low, high = (
-                (0.5 * (low + high), high)
-                if slack(start + 0.5 * (low + high) * ray) > 0
-                else (low, 0.5 * (low + high))
-            )
-        found.append(start + low * ray)
-        if rng.random() < 0.5:
-            start = 0.5 * (start + found[-1])
-    return np.array(found)
-
-
-@pytest.mark.parametrize("kind", ["translations", "rotation"])
-def test_pressures_of_admissible_slips_lie_between_least_and_largest(kind: str):
-    rng = np.random.default_rng(0)
-    joint = scaled_joint(drawn(1, kind))
-    q_w, p_w = 0.02 * joint.q1[0], joint.p0
-    bounds = [pressures_of_floating(joint, sign=sign) for sign in (1.0, -1.0)]
-    least, most = (each.at(joint, q_w[None], p_w[None])[0] for each in bounds)
-    p = p_w + admissible(joint, q_w, p_w, rng) @ joint.B.T
-    assert np.all(p >= least)
-    assert np.all(p <= -most)
-    assert np.median((p.min(axis=0) - least) / (p_w - least)) < 0.9  # and not far from them
 
 
 @pytest.mark.parametrize("kind", ["translations", "plane"])
@@ -169,18 +110,6 @@ def test_in_the_plane_it_counts_where_no_gauge_closes():
     found = universal_bound(floating_joint(np.random.default_rng(110), 4, "plane", "smooth"))
     assert found.argument == "least pressures, rigid motions apart"
     assert 0.5 * found.first_collapse < found.load_factor <= found.first_collapse
-
-
-def test_nothing_is_said_of_a_floating_body_with_a_frictionless_node():
-    problem = proved("rotation")
-    found = universal_bound(replace(problem, f=np.append(problem.f[1:], 0.0)))
-    assert found.load_factor == 0.0 or np.isnan(found.load_factor)
-
-
-def test_a_single_node_without_stiffness_has_no_elastic_slip():
-    loop = {"q_w": [[0.1, 0.0], [-0.1, 0.0]], "p_w": [[1.0], [1.0]]}
-    found = universal_bound(Problem(A=np.zeros((2, 2)), B=np.zeros((1, 2)), f=0.5, **loop))
-    assert (found.load_factor, found.argument) == (0.0, "none")
 
 
 def test_loads_that_do_not_vary():

@@ -8,7 +8,6 @@ import pytest
 
 import shakedown
 from shakedown.bounds.collapse.proof_status import lift_off_bound
-from shakedown.bounds.every_state.universal_bound import least_pressure_bound
 from shakedown.joint.constraints import loading
 
 
@@ -52,23 +51,6 @@ def test_the_lift_off_bound_is_that_of_the_hull():
         path = replace(loop, q_w=inside @ problem.q_w, p_w=inside @ problem.p_w,
                        q_mean=problem.q_w.mean(axis=0), p_mean=problem.p_w.mean(axis=0))  # fmt: skip
         assert lift_off_bound(path) >= hull * (1 - 1e-9)
-
-
-@pytest.mark.parametrize("name", ["one-node", "two-node", "uncoupled", "three-node", "block-9"])
-def test_only_arguments_without_an_order_count(name):
-    problem = replace(shakedown.example(name), load_path="domain")
-    lower, upper = shakedown.lower_bound(problem), shakedown.upper_bound(problem)
-    assert lower.guarantee == "evidence"
-    assert "load domain" in lower.proof.reason or lower.load_factor == 0
-    bound = shakedown.universal_bound(problem, first_collapse=lower)
-    assert bound.argument in ("Melan", "least pressures", "none")
-    assert (bound.argument == "Melan") == (not problem.B.any())
-    pressures = least_pressure_bound(problem).load_factor
-    if bound.argument == "least pressures":
-        assert bound.load_factor == min(pressures, lower.load_factor, bound.lift_off_bound)
-    loop = shakedown.example(name)
-    assert upper.load_factor == shakedown.upper_bound(loop).load_factor
-    assert shakedown.energy_bound(problem).load_factor == shakedown.energy_bound(loop).load_factor
 
 
 def test_what_is_proved_of_a_domain_holds_on_random_paths_inside_it():

@@ -140,19 +140,6 @@ def test_nothing_is_proved_where_the_motion_may_jump():
     assert bound.limited_by in ("uniqueness", "first collapse")
 
 
-def test_document():
-    document = shakedown.universal_bound(shakedown.example("three-node")).to_dict()
-    words = {"status": "optimal", "node": 0, "argument": "least pressures"}
-    assert document == {"load_factor": pytest.approx(0.3096)} | words
-
-
-def test_what_is_given_is_checked():
-    with pytest.raises(shakedown.UsageError, match="problem: expected"):
-        shakedown.universal_bound("two-node")
-    with pytest.raises(shakedown.UsageError, match="collapse: expected"):
-        shakedown.universal_bound(shakedown.example("two-node"), first_collapse=1.0)
-
-
 def first_swing(problem: shakedown.Problem) -> float:
     """The least load factor of two states, the one that slips forward at no smaller (A v)_i, by SciPy."""
     (G, g, S), n = rows_of(problem), problem.n
@@ -259,23 +246,3 @@ def test_melan_where_the_given_mean_lies_outside_the_loop():
         )
         upper = shakedown.upper_bound(problem).load_factor
         assert least_pressure_bound(problem, unique=True).load_factor == pytest.approx(upper, rel=1e-8)
-
-
-def test_means_of_their_own_keep_it_a_bound():
-    """Just below it nothing cycles, and SciPy finds forward and backward slip of every node apart."""
-    for seed in range(3):
-        rng = np.random.default_rng(seed)
-        base = joint(seed, n=3, m=4)
-        problem = replace(
-            base, q_mean=base.q_w.mean(axis=0) + 0.3 * rng.normal(size=3), p_mean=base.p_w.mean(axis=0)
-        )
-        bound = shakedown.universal_bound(problem).load_factor
-        pressures = least_pressure_bound(problem).load_factor
-        for i in range(3):
-            forward = greatest(problem, 0.999 * pressures, problem.A[i], 3 + i, nested=False)
-            backward = greatest(problem, 0.999 * pressures, -problem.A[i], i, nested=False)
-            assert None in (forward, backward) or -backward > forward
-        if 0 < bound < np.inf:
-            for _ in range(3):
-                state = shakedown.long_term_state(problem, 0.999 * bound, 3 * rng.normal(size=3))
-                assert state.outcome == "shakedown"
