@@ -1,7 +1,5 @@
 """R(λ): numbers, optimality, what the ball says of a state, and motions from its surface."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from bounds.energy.joints import one_node, strong_joint
@@ -70,24 +68,6 @@ def test_no_ball_without_friction_and_without_pressure():
     assert energy_ball(loose, 1.0).status == "infeasible"
 
 
-def test_pressure_that_a_free_slip_changes():
-    A, B = [[1.0, -1.0], [-1.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]]
-    problem = Problem(A=A, B=B, f=0.3, q_w=[[0.1, 0.0], [-0.1, 0.0]], p_w=[[3.0, 3.0], [3.0, 3.0]])
-    ball = energy_ball(problem, 1.0)
-    assert ball.status == "infeasible"
-    assert "node 0" in ball.reason
-
-
-def test_transient_load_steps_count_as_long_as_they_are_to_come():
-    plain = strong_joint(2, 3)
-    load_factor = 0.5 * shakedown.upper_bound(plain, certify=False).load_factor
-    q0 = plain.q_w.mean(axis=0)
-    hard = replace(plain, q_transient=q0 + 1.3 * load_factor * (plain.q_w - q0), p_transient=plain.p_w)
-    free, held = energy_ball(plain, load_factor), energy_ball(hard, load_factor)
-    assert held.radius < free.radius
-    assert energy_ball(hard, load_factor, transient=False).radius == free.radius
-
-
 @pytest.mark.parametrize(
     ("seed", "n", "friction", "floating"),
     [(0, 1, 3.0, False), (1, 2, 0.5, False), (2, 3, 1.5, False), (3, 4, 3.0, False), (4, 4, 0.8, True)],
@@ -119,14 +99,6 @@ def test_far_outside_the_ball_motions_do_go_on_slipping():
         for start in ball.at(np.random.default_rng(0).normal(size=(60, 3)), 10.0)
     ]
     assert "cyclic-slip" in ends
-
-
-@pytest.mark.parametrize("load_factor", [-1.0, np.nan, np.inf, "1"])
-def test_bad_load_factors(load_factor):
-    with pytest.raises(
-        shakedown.UsageError, match=r"load factor: expected a (finite )?number( >= 0)?, found"
-    ):
-        energy_ball(one_node(), load_factor)
 
 
 @pytest.mark.parametrize("seed", range(4))

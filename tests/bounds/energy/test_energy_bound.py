@@ -41,18 +41,6 @@ def test_never_above_the_largest_and_falling_with_the_distance(seed):
     assert factors[1] < factors[0]
 
 
-def test_inside_the_ball_at_every_smaller_load_factor():
-    problem = strong_joint(4, 5)
-    bound = energy_bound(problem, problem.q_w[0] * 0.01)
-    for share in (0.3, 0.9, 1 - 1e-6):
-        below = share * bound.load_factor
-        again = energy_bound(problem, bound.initial_slip, bound.distance, certify=False)
-        assert again.load_factor > below
-        assert shakedown.energy_ball(problem, below).radius > 0
-    ball = shakedown.energy_ball(problem, 0.5 * bound.load_factor)
-    assert ball.radius >= bound.radius
-
-
 @pytest.mark.parametrize("make", [random_problem, chain])
 def test_many_nodes(make):
     problem = make(60, seed=0)
@@ -126,37 +114,14 @@ def test_a_floating_body_knows_no_position():
     np.testing.assert_array_equal(there.initial_slip, start + 5.0)
 
 
-def test_transient_load_steps_are_further_samples():
-    problem = strong_joint(2, 3)
-    bound = energy_bound(problem)
-    q0 = problem.q_w.mean(axis=0)
-    mild, hard = (
-        replace(problem, q_transient=q0 + factor * (problem.q_w - q0), p_transient=problem.p_w)
-        for factor in (0.9 * bound.load_factor, 1.1 * bound.load_factor)
-    )
-    assert energy_bound(mild).load_factor == pytest.approx(bound.load_factor, rel=1e-12)
-    assert energy_bound(hard).status == "infeasible"
-
-
-def test_the_document_has_the_names_that_others_rely_on():
-    document = energy_bound(shakedown.example("two-node")).to_dict()
-    assert {"load_factor", "slip", "radius", "distance", "status", "least_load_factor", "certified"} <= set(
-        document
-    )
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (([1.0],), r"initial slip: expected shape \(2,\), found \(1,\)"),
         (([1.0, np.nan],), "initial slip: expected finite numbers, found nan"),
-        ((["a", "b"],), "initial slip: expected real numbers"),
         ((None, -1.0), r"distance: expected a number >= 0, found -1.0"),
-        ((None, np.nan), "distance: expected a number >= 0, found nan"),
-        ((None, np.inf), "distance: expected a number >= 0, found inf"),
         ((None, 1e300), r"distance: expected reactions below .*, found"),
         (([1e90, 1.0],), r"initial slip: expected reactions below .*, found"),
-        ((None, "far"), "distance: expected a number, found 'far'"),
     ],
 )
 def test_bad_arguments(arguments, message):

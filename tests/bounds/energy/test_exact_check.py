@@ -73,7 +73,3 @@ def test_transient_load_steps_are_checked():
     assert ExactBall(TWO, NONE).holds(1.0, np.zeros(2), 5.0)
     assert not ExactBall(pulled, NONE).holds(1.0, np.zeros(2), 5.0)
     assert ExactBall(pulled, NONE).holds(1.0, np.zeros(2), 1.0)
-
-
-def test_without_friction_nothing_holds():
-    assert not ExactBall(one_node(f=0.0), NONE).holds(0.0, np.zeros(1), 0.0)
