@@ -109,7 +109,7 @@ def test_motions_in_any_order_of_the_loads_slip_no_farther() -> None:
     assert slipped > 0.0
 
 
-@pytest.mark.parametrize("number", range(12))
+@pytest.mark.parametrize("number", range(4))
 def test_the_choice_of_tangents_does_not_matter(number: int) -> None:
     """Turned at every node, the second one reversed at some: the same load factor, the same slips."""
     rng = np.random.default_rng(number)
@@ -171,16 +171,6 @@ def test_what_slips_take_at_most_is_the_value_of_a_linear_program() -> None:
         left = slack - lids.multipliers(slack, np.tile(slopes, (2, 1))) @ a
         assert left[0] <= 0.0 or taken == 0.0
         assert left[1] > 0.0 or taken == 0.0
-
-
-def test_slips_at_a_load_factor_grow_with_it() -> None:
-    problem = shakedown.example("two-node-3d")
-    most = shakedown.accumulated_bound(problem)
-    slips = [
-        total_slip_bound(problem, share * most.load_factor).total_slip.sum() for share in (0.6, 0.9, 1.0)
-    ]
-    assert 0.0 <= slips[0] < slips[1] < slips[2]
-    assert np.isnan(total_slip_bound(problem, 1.02 * most.load_factor).total_slip).all()
 
 
 def test_a_start_that_is_not_known_well_proves_less() -> None:
