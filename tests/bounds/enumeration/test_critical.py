@@ -59,14 +59,6 @@ def test_nearly_singular_is_degenerate() -> None:
     assert same.degenerate == nearly.degenerate > 0
 
 
-def test_all_degenerate_is_an_answer() -> None:
-    still = Problem(A=np.eye(2), B=np.zeros((2, 2)), f=0.5, q_w=np.zeros((1, 2)), p_w=np.ones((1, 2)))
-    critical = shakedown.critical_load_factors(still, values=True)
-    assert critical.regular == 0
-    assert np.isnan(critical.smallest_positive.load_factor)
-    assert critical.load_factors.size == 0
-
-
 def test_budget_is_checked_before_the_work() -> None:
     calls = []
     with pytest.raises(shakedown.BudgetExceeded, match=r"43,758 subsets .* would take about"):
@@ -95,10 +87,3 @@ def test_any_size_is_refused_with_an_estimate(n: int, count: str) -> None:
         shakedown.critical_load_factors(problem)
     assert str(refusal.value).startswith(f"{count} subsets of {n + 1} rows")
     assert "would take" in str(refusal.value)
-
-
-@pytest.mark.parametrize("threads", [-1, 0, 1.5])
-def test_threads_are_checked(threads: float) -> None:
-    problem = shakedown.example("two-node")
-    with pytest.raises(shakedown.UsageError, match="threads: expected"):
-        shakedown.critical_load_factors(problem, threads=threads)

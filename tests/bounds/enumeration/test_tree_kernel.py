@@ -58,15 +58,6 @@ def test_tree_and_batches_agree(make, n: int, monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.usefixtures("by_tree")
-def test_block_9_by_the_tree() -> None:
-    problem = replace(shakedown.example("block-9"), f=0.2)
-    critical = shakedown.critical_load_factors(problem)
-    assert critical.total == 43758
-    assert critical.smallest_feasible.load_factor == pytest.approx(1.219829616245257, rel=1e-12)
-    assert 0 < critical.smallest_positive.load_factor < 0.05
-
-
-@pytest.mark.usefixtures("by_tree")
 @pytest.mark.parametrize("n", [2, 5, 9])
 def test_the_smallest_feasible_one_is_the_first_collapse(n: int) -> None:
     problem = joint(n, n)
@@ -85,7 +76,7 @@ def test_threads_do_not_change_the_answer() -> None:
 
 
 @pytest.mark.parametrize("make", [joint, half_coupled, twins])
-@pytest.mark.parametrize("force", [2.0**-301, 2.0**31])
+@pytest.mark.parametrize("force", [2.0**-301])
 @pytest.mark.parametrize("length", [1.0, 2.0**7])
 def test_units_do_not_matter_to_the_last_bit(make, force: float, length: float, monkeypatch) -> None:
     here = make(3, 4)
