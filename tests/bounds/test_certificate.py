@@ -36,7 +36,7 @@ def graded_joint(seed: int, n: int, decades: float) -> Problem:
     return joint(seed, n, m=5, units=(force, 1.0 / force))
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_enclosure_contains_the_exact_bounds(seed: int, n: int) -> None:
     problem = graded_joint(seed, n, decades=seed % 3)

@@ -1,6 +1,5 @@
 """λ_max and safe slips with two tangential directions: cited numbers, closed forms, two methods, what is proved."""
 
-from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 
@@ -11,7 +10,6 @@ from joints_in_space import embedded, in_last_bits, random_joint
 import shakedown
 from shakedown import Problem, Status
 from shakedown.bounds.independent_solver import conic_upper_bound
-from shakedown.ground.errors import SolverError
 from shakedown.joint.constraints import constraints, loading
 
 CITED = {
@@ -77,7 +75,7 @@ def test_load_in_one_direction_is_the_plane(name):
     assert two.certified[0] <= one.load_factor <= two.certified[1]
 
 
-@pytest.mark.parametrize("exponent", [6, 9, 16, 30])
+@pytest.mark.parametrize("exponent", [6, 30])
 @pytest.mark.parametrize("name", ["one-node-3d", "four-node-3d", "two-node"])
 def test_small_friction_bears_a_load_in_proportion(name, exponent):
     """λ_max / f, as f vanishes: slip takes the mean load, and friction under the pressures left the rest."""
@@ -93,26 +91,7 @@ def test_small_friction_bears_a_load_in_proportion(name, exponent):
     np.testing.assert_allclose(problem.A @ found.slip, -loop.q0, rtol=1e-3, atol=1e-3 * np.abs(loop.q1).max())
 
 
-def melan(problem: Problem) -> float:
-    """λ_max where B = 0: every node by itself may be locked in as it likes."""
-    loop, found = loading(problem), []
-    for i in range(problem.n):
-        alone = Problem(
-            A=np.eye(2), B=np.zeros((1, 2)), f=problem.f[[i]],
-            q_w=problem.q_w[:, 2 * i : 2 * i + 2], p_w=problem.p_w[:, [i]],
-            q_mean=loop.q0[2 * i : 2 * i + 2], p_mean=loop.p0[[i]],
-        )  # fmt: skip
-        found.append(conic_upper_bound(alone).load_factor)
-    return min(found)
-
-
-def test_without_coupling_every_node_is_alone():
-    problem = random_joint(np.random.default_rng(3), 5)
-    problem = replace(problem, B=np.zeros_like(problem.B))
-    assert shakedown.upper_bound(problem).load_factor == pytest.approx(melan(problem), rel=1e-9)
-
-
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(6))
 def test_two_methods(seed):
     """Interior points of one's own, and Clarabel on the program as it stands; both statuses, and the proof."""
     rng = np.random.default_rng(100 + seed)
@@ -211,13 +190,6 @@ def test_a_joint_that_nothing_presses_has_no_load_factor(directions, seed):
     assert (upper.load_factor, upper.certified, upper.disputed) == (0.0, (0.0, 0.0), False)
 
 
-def test_what_large_joints_take_is_said_beforehand(caplog, monkeypatch):
-    monkeypatch.setattr("shakedown.bounds.largest_load_factor.LARGE", 2)
-    caplog.set_level("INFO", logger="shakedown")
-    shakedown.upper_bound(shakedown.example("two-node-3d"))
-    assert "upper bound of 2 nodes: about 1 min and 0.0 GiB" in caplog.text
-
-
 def test_sums_are_rounded_once():
     from shakedown.bounds.discs.safe_proof import exact_products
 
@@ -250,21 +222,6 @@ def test_zero_amplitude_and_relief():
     assert "brings no node nearer" in shakedown.upper_bound(relief).reason
 
 
-@pytest.mark.parametrize(
-    ("root", "f", "p_mean"),
-    [
-        ([[2.0, 0.0], [-1.0, 1.0], [-1.0, -2.0]], [0.5], [2.0]),
-        ([[2, 0, 0], [2, 1, 1], [1, 2, 0], [-2, -1, 1], [0, -2, -1], [-2, -2, -2]], [0.0, 0.5], [0.0, 0.0]),
-    ],
-)
-def test_singular_joints_without_loads_have_every_load_factor(root, f, p_mean):
-    kappa, n = np.array(root) @ np.transpose(root).astype(float), len(f)
-    A, B, C = kappa[: 2 * n, : 2 * n], kappa[2 * n :, : 2 * n], kappa[2 * n :, 2 * n :]
-    loop = {"q_w": np.zeros((4, 2 * n)), "p_w": np.zeros((4, n)), "q_mean": np.zeros(2 * n), "p_mean": p_mean}
-    upper = shakedown.upper_bound(Problem(A=A, B=B, C=C, f=f, **loop))
-    assert (upper.status, upper.load_factor) == (Status.UNBOUNDED, np.inf)
-
-
 def test_infeasible_with_multipliers_that_prove_it():
     problem = Problem(A=np.eye(2), B=[[0.1, 0.0]], f=0.5, q_w=[[1.0, 0.0], [-1.0, 0.0]], p_w=[[-3.0], [-3.0]])
     upper, rows = shakedown.upper_bound(problem), constraints(problem)
@@ -285,28 +242,6 @@ def test_explicit_means_that_are_not_safe_have_a_least_load_factor():
     upper = shakedown.upper_bound(problem)
     assert upper.status == Status.UNBOUNDED
     assert upper.least_load_factor == pytest.approx(0.5 / 1.5, rel=1e-9)  # 0.5 (−1 + 5 λ) = λ
-
-
-def test_a_node_without_friction_holds_nothing():
-    """Its reaction vanishes: with a load that changes only λ = 0 is left, else it is as if condensed."""
-    joint = replace(random_joint(np.random.default_rng(7), 3), f=[0.6, 0.0, 0.5])
-    upper = shakedown.upper_bound(joint)
-    assert (upper.load_factor, upper.certified) == (0.0, (0.0, 0.0))
-    q_w = joint.q_w.copy()
-    q_w[:, 2:4] = [0.3, -0.2]
-    still = replace(joint, q_w=q_w)
-    upper, second = shakedown.upper_bound(still), conic_upper_bound(still)
-    assert upper.load_factor == pytest.approx(second.load_factor, rel=1e-7)
-    assert upper.certified[1] - upper.certified[0] < 1e-9
-    np.testing.assert_allclose((q_w[0] + joint.A @ upper.slip)[2:4], 0.0, atol=1e-14)
-    y, rows = upper.multipliers, constraints(still)
-    np.testing.assert_allclose(y @ rows.G, 0.0, atol=1e-12 * np.abs(y).max())
-    assert y @ rows.g == pytest.approx(upper.load_factor, rel=1e-9)
-    smooth = shakedown.upper_bound(replace(still, f=0.0, q_w=np.tile(q_w[0], (12, 1))))
-    p = still.p_w + still.B @ np.linalg.solve(still.A, -q_w[0])
-    falls = p.mean(axis=0) - p.min(axis=0)
-    assert smooth.load_factor == pytest.approx((p.mean(axis=0) / falls).min(), rel=1e-12)
-    assert smooth.exact
 
 
 def test_a_floating_body_is_pinned():
@@ -340,18 +275,6 @@ def test_the_transient_may_take_slack():
         assert np.all(joint.law.excess(q, p) <= 1e-12)
 
 
-def test_zones_of_a_joint_in_space():
-    """Nodes that stay open: both methods, and the search takes the zone without a safe slip no further."""
-    joint = shakedown.example("block-3x3")
-    zone, second = shakedown.upper_bound(joint, open_nodes=[0]), conic_upper_bound(joint, open_nodes=[0])
-    assert zone.status == second.status
-    if zone.status == Status.OPTIMAL:
-        assert zone.load_factor == pytest.approx(second.load_factor, rel=1e-8)
-    assert zone.open_nodes == (0,)
-    best = shakedown.upper_bound(joint, open_nodes="auto")
-    assert best.load_factor >= shakedown.upper_bound(joint).load_factor * (1 - 1e-12)
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_the_safest_slip_has_a_ball_of_safe_slips(seed):
     rng = np.random.default_rng(seed)
@@ -383,20 +306,7 @@ def springs(seed: int, ratio: float) -> Problem:
     return Problem(A=A, B=B, f=0.4, q_w=rng.normal(size=(6, k)), p_w=rng.uniform(2.0, 4.0, size=(6, n)))
 
 
-@pytest.mark.parametrize("seed", [1, 2, 4])
-def test_an_optimum_without_a_certificate_keeps_its_own_conditions(seed):
-    problem = springs(seed, 1e12)
-    with suppress(SolverError):
-        upper = shakedown.upper_bound(problem)
-        assert upper.status == Status.OPTIMAL
-        assert upper.certified is None
-        assert slack(problem, upper.slip, upper.load_factor) > -1e-3
-        rows, y = constraints(problem), upper.multipliers
-        gap = abs(y @ rows.g - upper.load_factor) + np.abs(y @ rows.G) @ np.abs(upper.slip)
-        assert gap <= 1e-3 * (np.abs(y) @ np.abs(rows.g))
-
-
-@pytest.mark.parametrize("seed", [0, 4])
+@pytest.mark.parametrize("seed", [0])
 def test_a_node_that_is_pressed_ever_more_limits_nothing_at_last(seed):
     """A chain held by a soft spring at one end; the programs had no end from 1e9 on."""
     rng, n = np.random.default_rng(seed), 5

