@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import shakedown
-from benchmarks.drawn_joints import drawn_joint_in_space
 from benchmarks.uncoupled_parts import in_units, joined, pair
 from shakedown.assessment.sensitivities import sensitivities
 from shakedown.bounds.energy.energy_ball import energy_ball
@@ -89,31 +88,6 @@ def test_each_part_has_a_ball_at_the_limit_of_the_joint(kind, number):
     for part in parts:
         ball = energy_ball(part, 0.999 * whole.load_factor, around=np.zeros(part.layout.slip_size))
         assert ball.contains(np.zeros(part.layout.slip_size))
-
-
-def test_a_part_that_nothing_limits_leaves_the_limit_of_the_other_alone():
-    """A wedged joint beside another: one program of both ends in a slip far away, and was refused."""
-    wedged = drawn_joint_in_space(1, 67)
-    other = shakedown.Problem(
-        A=np.diag([2.0, 3.0]),
-        B=[[0.5, 0.1]],
-        f=0.4,
-        q_w=[[1.0, 0.5], [-1.0, 0.3], [0.2, -0.8]],
-        p_w=[[3.0], [2.5], [3.5]],
-    )
-    wedged = shakedown.Problem(A=wedged.A, B=wedged.B, f=wedged.f, q_w=wedged.q_w[:3], p_w=wedged.p_w[:3])
-    assert shakedown.upper_bound(wedged).status == Status.UNBOUNDED
-    parts = [plain(each) for each in (other, wedged)]
-    alone, found = shakedown.upper_bound(parts[0]), shakedown.upper_bound(joined(parts))
-    assert found.load_factor == pytest.approx(alone.load_factor, rel=1e-9)
-    low, high = found.certified
-    assert low <= found.load_factor <= high
-    q, p = found.slip @ joined(parts).A, found.slip @ joined(parts).B.T
-    loads = joined(parts)
-    q = q + loads.q_mean + found.load_factor * (loads.q_w - loads.q_mean)
-    p = p + loads.p_mean + found.load_factor * (loads.p_w - loads.p_mean)
-    over = np.hypot(q[:, ::2], q[:, 1::2]) - loads.f * p
-    assert over.max() <= 1e-9 * np.abs(p).max()
 
 
 def test_where_twin_parts_both_limit_the_joint_there_is_no_derivative():

@@ -261,20 +261,6 @@ def test_a_floating_body_is_pinned():
     assert slack(floating, moved, upper.load_factor) > -1e-12
 
 
-def test_the_transient_may_take_slack():
-    joint = shakedown.example("two-node-3d")
-    loop = loading(joint)
-    before = replace(
-        joint, q_transient=loop.q0[None] + 1.5 * loop.q1[[7]], p_transient=loop.p0[None] + 1.5 * loop.p1[[7]]
-    )
-    free, held = shakedown.upper_bound(before), shakedown.upper_bound(before, transient=True)
-    assert free.load_factor == shakedown.upper_bound(joint).load_factor
-    assert held.status == Status.INFEASIBLE or held.load_factor < free.load_factor
-    if held.status == Status.OPTIMAL:
-        q, p = before.q_transient + joint.A @ held.slip, before.p_transient + joint.B @ held.slip
-        assert np.all(joint.law.excess(q, p) <= 1e-12)
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_the_safest_slip_has_a_ball_of_safe_slips(seed):
     rng = np.random.default_rng(seed)

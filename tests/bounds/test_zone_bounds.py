@@ -169,38 +169,6 @@ def test_a_wrong_zone_is_reported_not_believed():
         upper_bound(replace(RECEDING, C=None), open_nodes=[0])
 
 
-@pytest.mark.parametrize("unit", [1.0, 1e6])
-def test_a_closed_node_that_moves_with_open_ones_alone_is_pinned(unit):
-    """A part held by friction alone, of which one node stays closed: its stiffness is round-off."""
-    generator, open_nodes, free, held = np.random.default_rng(3), [0, 2], [0, 2, 3, 5], [1, 4]
-    for _ in range(10):
-        factor = generator.normal(size=(7, 6))
-        factor[:, :2] -= factor[:, :2].mean(axis=1, keepdims=True)  # the motion (1, 1, 0 | 0, 0, 0)
-        kappa = unit * factor.T @ factor
-        flexibility = np.linalg.inv(kappa[np.ix_(free, free)])
-        swing = generator.uniform(-0.5, 0.5, (4, 6))
-        load = swing - swing.mean(axis=0)
-        load[:, free] -= kappa[np.ix_(free, free)] @ [0.0, 0.0, 1e3 / unit, 1e3 / unit]  # the mean gaps
-        left = kappa[np.ix_(held, free)] @ flexibility
-        load[:, held] += load[:, free].mean(axis=0) @ left.T + [0.0, 10.0]
-        joint = shakedown.Problem(
-            A=kappa[:3, :3],
-            B=kappa[3:, :3],
-            C=kappa[3:, 3:],
-            f=0.5,
-            q_w=load[:, :3],
-            p_w=load[:, 3:],
-        )
-        q, p = (load[:, held] - load[:, free] @ left.T - [0.0, 10.0]).T
-        exact = 5.0 / np.maximum(q - 0.5 * p, -q - 0.5 * p).max()  # Coulomb's law of one node, no slip in it
-        found = upper_bound(joint, open_nodes=open_nodes)
-        assert found.pinned == (1,)
-        assert found.load_factor == pytest.approx(exact, rel=1e-8)
-        assert shakedown.energy_bound(joint, open_nodes=open_nodes).load_factor == pytest.approx(
-            exact, rel=1e-8
-        )
-
-
 @pytest.mark.parametrize("power", [-40, 25])
 @pytest.mark.parametrize(("seed", "index"), [(503, 6), (516, 2)])
 def test_rows_that_no_slip_changes_do_not_set_the_units_of_the_others(power, seed, index):

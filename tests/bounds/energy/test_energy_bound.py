@@ -31,7 +31,7 @@ def test_load_factor_of_the_examples(name):
     assert bound.radius == pytest.approx(np.sqrt(bound.slip @ problem.A @ bound.slip), rel=1e-9, abs=1e-12)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, 3])
 def test_never_above_the_largest_and_falling_with_the_distance(seed):
     problem = strong_joint(seed, 6, floating=seed == 3)
     upper = shakedown.upper_bound(problem, certify=False)

@@ -161,7 +161,7 @@ def test_the_first_ball_that_holds_a_state_is_no_larger_than_the_best(name):
         assert first.residual <= 1e-9
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_no_ball_is_refuted_that_the_energy_bound_finds(seed):
     """Where λ_E proves a state a ball holds it; well above λ_E one program tells that none does."""
     problem = space_joint(seed, 2 + seed % 2)

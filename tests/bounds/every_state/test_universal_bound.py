@@ -220,29 +220,3 @@ def test_never_beyond_two_states_that_slip_both_ways(name, problem):
         assert holds_rigidly(problem, (1 - 1e-6) * found.load_factor)
     elif name not in LIFTED:
         assert found.load_factor == pytest.approx(expected, rel=1e-6)
-
-
-def test_melan_where_the_given_mean_lies_outside_the_loop():
-    """The mean load is no load of the loop then: the hull of the load steps alone is what counts."""
-    slip = {"A": [[1.0]], "B": [[0.0]], "f": 0.5}
-    one = shakedown.Problem(**slip, q_w=[[1.0], [2.0]], p_w=[[4.0], [4.0]], q_mean=[0.0], p_mean=[4.0])
-    assert least_pressure_bound(one).load_factor == pytest.approx(4.0, rel=1e-12)
-    for seed in range(12):
-        rng, n = np.random.default_rng(seed), 1 + seed % 4
-        root = rng.normal(size=(n, n))
-        A = root @ root.T + np.eye(n)
-        if seed % 3 == 0 and n > 1:
-            rigid = np.ones((n, n)) / n
-            A = (np.eye(n) - rigid) @ A @ (np.eye(n) - rigid)
-        q, p = 2.0 * rng.normal(size=n) + rng.normal(size=(4, n)), 4.0 + rng.normal(size=(4, n))
-        problem = shakedown.Problem(
-            A=A,
-            B=np.zeros((n, n)),
-            f=0.5,
-            q_w=q,
-            p_w=p,
-            q_mean=0.1 * rng.normal(size=n),
-            p_mean=np.full(n, 4.0),
-        )
-        upper = shakedown.upper_bound(problem).load_factor
-        assert least_pressure_bound(problem, unique=True).load_factor == pytest.approx(upper, rel=1e-8)

@@ -160,15 +160,5 @@ def test_no_wedging_without_coupling():
     assert shakedown.friction_thresholds(shakedown.example("uncoupled")).wedging.value == np.inf
 
 
-def test_wedging_of_two_nodes_is_the_best_of_all_directions():
-    problem = shakedown.example("two-node")
-    angle = np.linspace(0, 2 * np.pi, 200_001)
-    v = np.array([np.cos(angle), np.sin(angle)])
-    pressure = problem.B @ v
-    pressed = (pressure > 0).all(axis=0)
-    best = (np.abs(problem.A @ v)[:, pressed] / pressure[:, pressed]).max(axis=0).min()
-    assert shakedown.friction_thresholds(problem).wedging.value == pytest.approx(best, rel=1e-4)
-
-
 def test_a_rigid_motion_is_no_wedging():
     assert np.isinf(shakedown.friction_thresholds(shakedown.example("receding-block")).wedging.low)

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import shakedown
-from benchmarks.problems import in_units, joint
+from benchmarks.problems import joint
 from shakedown import Problem
-from shakedown.bounds.uniqueness.coupling import unique_in_contact
 from shakedown.bounds.uniqueness.friction_thresholds import PROGRAMS
 from shakedown.ground.constants import SIX_DIGITS
 
@@ -96,41 +95,3 @@ def test_coupling_of_the_size_of_round_off_is_none() -> None:
     assert np.all(np.isinf(limits.single_node))
     assert np.isinf(limits.uniqueness_in_contact.value)
     assert np.isinf(limits.wedging.value)
-
-
-@pytest.mark.parametrize("kind", range(3))
-@pytest.mark.parametrize("n", [1, 3])
-def test_units_do_not_matter_to_the_last_bit(kind: int, n: int) -> None:
-    rng = np.random.default_rng(10 * n + kind)
-    if kind == 0:
-        root = rng.normal(size=(2 * n, max(1, 2 * n - 2)))  # κ singular
-    elif kind == 1:
-        root = rng.integers(-2, 3, (2 * n, 2 * n)).astype(float)
-    else:
-        root = rng.normal(size=(2 * n, 2 * n)) * (rng.random((2 * n, 2 * n)) < 0.4)
-    kappa = root @ root.T
-    one = Problem(
-        A=kappa[:n, :n], B=kappa[n:, :n], C=kappa[n:, n:], f=0.7, q_w=np.zeros((1, n)), p_w=np.ones((1, n))
-    )
-    limits, answer = shakedown.friction_thresholds(one), unique_in_contact(one)
-    for power in (-301,):
-        there = in_units(one, 2.0**power, 1.0)
-        other = shakedown.friction_thresholds(there)
-        np.testing.assert_array_equal(other.single_node, limits.single_node)
-        assert other.uniqueness_in_contact == limits.uniqueness_in_contact
-        assert other.uniqueness == limits.uniqueness
-        assert (other.wedging.low, other.wedging.high) == (limits.wedging.low, limits.wedging.high)
-        np.testing.assert_array_equal(other.wedging.slip, limits.wedging.slip)
-        assert unique_in_contact(there) == answer
-
-
-def test_extreme_friction_and_no_stiffness_get_an_answer() -> None:
-    zero = np.zeros((2, 2))
-    nothing = Problem(A=zero, B=zero, C=zero, f=[0.1, 0.2], q_w=np.zeros((1, 2)), p_w=np.ones((1, 2)))
-    assert np.all(np.isinf(shakedown.friction_thresholds(nothing).single_node))
-    assert unique_in_contact(nothing).unique is False
-    for f in (0.0, 1e12, [1e12, 1e11], [0.0, 1e-12]):
-        problem = Problem(A=2 * np.eye(2), B=np.eye(2), f=f, q_w=np.zeros((1, 2)), p_w=np.ones((1, 2)))
-        limits = shakedown.friction_thresholds(problem)
-        assert limits.single_node.tolist() == [2.0, 2.0]
-        assert unique_in_contact(problem).unique is bool(np.max(f) < 2)
