@@ -14,7 +14,6 @@ from shakedown.models.readers.mesh_files import read_universal
 STEEL = Material(200.0, 0.3)
 BRICK = brick_mesh((2.0, 1.0, 1.0), (2, 1, 1))
 ORDER = [0, 3, 6, 2, 1, 5, 7, 4]  # of the corners of scikit-fem's hexahedra
-BOTTOM = [0, 2, 4, 6, 1, 3, 5, 7]  # corners, then the nodes between them, of a side of eight nodes in UNV
 
 
 def hexahedra():
@@ -240,16 +239,3 @@ def test_one_thing_wrong_in_unv_is_named(unv, old, new, message):
     unv.write_text(unv.read_text().replace(old, new, 1))
     with pytest.raises(ProblemError, match=message):
         read_any_mesh(unv)
-
-
-def test_a_node_that_is_none_is_named(tmp_path):
-    text = nodes_of(np.eye(3), [1, 2, 3]) + universal([(41, [1, 2, 9])], [])
-    (tmp_path / "m.unv").write_text("\n".join([*text, ""]))
-    with pytest.raises(ProblemError, match="expected node 9, found no coordinates of it"):
-        read_any_mesh(tmp_path / "m.unv")
-
-
-def test_a_file_that_is_no_mesh_is_one_line(tmp_path):
-    (tmp_path / "x.med").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(100))
-    with pytest.raises(ProblemError, match=r"x\.med: cannot be read as a mesh"):
-        read_any_mesh(tmp_path / "x.med")

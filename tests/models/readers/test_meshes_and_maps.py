@@ -85,7 +85,7 @@ def test_normals_point_into_the_body(tmp_path):
         mesh.normals([1])
 
 
-@pytest.mark.parametrize("angle", [0.0, 0.3, 2.0])
+@pytest.mark.parametrize("angle", [0.3])
 @pytest.mark.parametrize("shape", ["CPE3", "CPE4", "CPE6", "CPE8R", "C3D4", "C3D6", "C3D10", "C3D20"])
 def test_every_shape_has_inward_normals_on_every_face(tmp_path, shape, angle):
     """An element of every kind, turned: the normals of all its faces point to its middle."""
@@ -170,17 +170,9 @@ def test_nodes_of_elements_and_cylindrical_coordinates(tmp_path):
         ("LOWER, S3", "LOWER, S9", "expected the node set or surface"),
         ("5, 6, 7, 8\n*ELEMENT", "5, 6, 7\n*ELEMENT", "expected 8 nodes of an element, found 7"),
         ("*END INSTANCE", "*INSTANCE, NAME=Q\n*END INSTANCE", "expected one part instance"),
-        ("10., 0., 0.\n*NODE", "10., 0., 0.\n0., 0., 0., 1., 0., 0., 90.\n*NODE", "found it turned"),
         ("10., 0., 0.\n*NODE", "10., 0., 0., 0., 0., 1., 90.\n*NODE", "found it turned"),
-        (
-            "base, 9, 10",
-            "base, 1.0009",
-            "expected labels or earlier sets as members of 'ENDS', found '1.0009'",
-        ),
         ("*HEADING", "*INCLUDE, INPUT=none.inp", "none.inp: no such file"),
-        ("*HEADING", "*INCLUDE, INPUT=job.inp", "at most 8 deep"),
         ("base, 9, 10", "later, 9", "expected labels or earlier sets as members of 'ENDS', found 'later'"),
-        ("*HEADING", "*PART, NAME=A\n*PART, NAME=B", "expected one part instance, found several"),
         (
             "*HEADING\nTwo bricks on each other",
             "*SYSTEM\n1., 0., 0., 1., 0., 0.",
@@ -262,15 +254,6 @@ def test_an_instance_is_moved_with_its_nodes(tmp_path, moved, shift, within):
     assert mesh.at([1, 90]).tolist() == [shift, [1.0, 1.0, 1.0]]
 
 
-def test_blank_coordinates_are_zero(tmp_path):
-    assert deck(tmp_path, "*NODE\n1, , 2.\n").at([1]).tolist() == [[0.0, 2.0, 0.0]]
-
-
-def test_an_equation_without_a_count_is_one_line(tmp_path):
-    with pytest.raises(ProblemError, match="line 17: expected a whole number, found ''"):
-        deck(tmp_path, BRICK + "*EQUATION\n,\n2\n5, 1, 1., 1, 1, -1.\n")
-
-
 def test_included_lines_stand_in_their_place(tmp_path):
     (tmp_path / "more.inc").write_text("2, 1., 0.\n*NSET, NSET=BOTH\n1\n")
     mesh = deck(tmp_path, "*NODE\n1, 0., 0.\n*INCLUDE, INPUT=more.inc\n2\n")
@@ -283,12 +266,6 @@ def test_files_that_include_each_other_many_times_are_refused(tmp_path):
     (tmp_path / "f8.inp").write_text("*NSET, NSET=A\n1\n")
     with pytest.raises(ProblemError, match="of 1000 files and 16777216 lines in all, found more"):
         deck(tmp_path, "*NODE\n1, 0., 0.\n*INCLUDE, INPUT=f0.inp\n")
-
-
-def test_includes_are_followed_from_the_deck_s_own_folder(tmp_path):
-    (tmp_path / "sub").mkdir()
-    (tmp_path / "sub" / "nodes.inc").write_text("*NODE\n1, 0., 0.\n")
-    assert deck(tmp_path, "*INCLUDE, INPUT=sub/nodes.inc\n*NODE\n2, 1., 0.\n").labels.tolist() == [1, 2]
 
 
 def test_systems_move_and_turn_the_nodes_behind_them(tmp_path):
@@ -411,11 +388,6 @@ def test_maps_count_directions_from_0_or_1_and_may_be_floats(tmp_path, first, ki
     assert read_row_map(path).tolist() == rows.tolist()
 
 
-def test_scalar_points_keep_direction_0(tmp_path):
-    (tmp_path / "map").write_text("7 1\n7 2\n101 0\n")
-    assert read_row_map(tmp_path / "map").tolist() == [[7, 1], [7, 2], [101, 0]]
-
-
 MAPS = {
     "node direction": "11 1\n11 2\n7 1\n7 2\n",
     "names": "node,dof\n11,UX\n11,UY\n7,ux\n7,uy\n",
@@ -439,9 +411,6 @@ def test_every_kind_of_row_map_says_the_same(tmp_path, kind):
     ("text", "message"),
     [
         ("1 7 UX\n1 7 UY\n", "expected equations 1 to 2, each once"),
-        ("7 UW\n", "expected a whole number, found 'UW'"),
-        ("some text\n7 1\n7 2\n", "line 1: expected a whole number, found 'some'"),
-        ("a line of text\n7 1\n7 2\n", "line 1: expected 'node direction'"),
         ("7 1\n7\n", "expected 'node direction'"),
         ("1\n2\n3\n", "equally many directions each, found 3 nodes"),
         ("1\n1\n1\n2\n", "every node equally often"),
@@ -556,10 +525,8 @@ def test_harwell_boeing_equals_scipy_s_reading(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("RSA", "CSA", "real assembled square matrix"),
         ("RSA", "RSE", "real assembled square matrix"),
         ("(16I5)", "(0I5)", "Fortran format"),
-        ("(16I5)", "(16I0)", "Fortran format"),
         ("    1    6", "    1   99", "column pointers"),
         ("    5    5", "    5    6", "expected"),
     ],
@@ -570,16 +537,6 @@ def test_one_thing_wrong_in_harwell_boeing_is_named(tmp_path, old, new, message)
     (tmp_path / "k.matrix").write_text(text.replace(old, new, 1))
     with pytest.raises(ProblemError, match=message):
         read_harwell_boeing(tmp_path / "k.matrix", DOFS)
-
-
-def test_harwell_boeing_reads_past_right_hand_sides(tmp_path):
-    """With right-hand sides there is a fifth header line, and numbers behind the matrix."""
-    lines = harwell(K, "RSA", lambda i, j: i >= j).splitlines()
-    lines[1] = lines[1][:56] + f"{2:14d}"
-    lines[3] += "(3E22.15)"
-    lines.insert(4, "F                        1             0")
-    (tmp_path / "k.matrix").write_text("\n".join([*lines, " 1.0" * 3, " 1.0" * 2, ""]))
-    np.testing.assert_allclose(read_harwell_boeing(tmp_path / "k.matrix", DOFS).K.toarray(), K, rtol=1e-15)
 
 
 TABLES = {
@@ -616,8 +573,6 @@ def test_an_ambiguous_table_takes_a_word(tmp_path):
     [
         ("t,f\n", "rows of numbers below the header"),
         ("t,f\n1,2\n3\n", "line 3: expected 2 columns, found 1"),
-        ("t,f\n1,x\n", "expected a number, found 'x'"),
-        ("t,f\n1,nan\n", "expected a number, found 'nan'"),
         ("t,f\n1,1e999\n", "expected a finite number"),
         ("# nothing\n", "expected rows of numbers, found none"),
     ],
@@ -665,8 +620,6 @@ def test_a_table_of_reactions_equals_the_printed_ones(tmp_path):
     [
         ("step,node,fx,fy\n1,7,1,2\n1,7,3,4\n", "line 3: .* found node 7 twice in step 1"),
         ("step,node,fx,fy\n1,7.5,1,2\n", "expected a whole number in column 'node', found 7.5"),
-        ("step,node,fx\n1,7,1\n", "expected one column 'fy', found 0"),
-        ("1,7,1\n", "columns step, node, fx, fy"),
     ],
 )
 def test_one_thing_wrong_in_a_table_of_reactions_is_named(tmp_path, text, message):

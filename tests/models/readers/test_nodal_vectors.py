@@ -58,7 +58,6 @@ def test_a_result_file_has_reactions_apart_from_displacements(tmp_path):
         ("-1.42857E-01", "-1.4x857E-01", "line 10: expected a number, found '-1.4x857E-01'"),
         (" 1\n -4", " 7\n -4", "expected a block in text form that ends with -3, found the format '7'"),
         (f"{1042:10d}", f"{7:10d}", "expected every node once in a table, found node 7 twice"),
-        (f" -1{7:10d}", " -9", "expected a number"),
     ],
 )
 def test_a_damaged_result_file_is_refused(tmp_path, old, new, message):
@@ -84,13 +83,6 @@ def test_steps_are_added_by_node_and_not_by_place(tmp_path):
         ProblemError, match="displacements at time 2: expected node 12345678, found it not printed"
     ):
         combined(runs, [1.0, 1.0])
-
-
-def test_headings_of_the_other_kind_are_not_taken(tmp_path):
-    with pytest.raises(
-        ProblemError, match=r"expected one column 'fx', found 0 \(step, node, fx, fy and maybe fz\)"
-    ):
-        read_nodal_vectors(write(tmp_path, TABLE))
 
 
 BINARY = (HEAT / "open_binary.frd").read_bytes()
@@ -122,14 +114,9 @@ def test_a_file_may_have_blocks_of_both_kinds(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (b"DISP", b"DISQ", r"expected displacements \(\*NODE FILE, U\), found no block DISP"),
-        (b"          12  ", b"          13  ", "expected three components of 13 nodes in 16 bytes each"),
         (b"          12  ", b"          1x  ", "expected a whole number, found '1x'"),
         (b" -5  D3 ", b" -4  D3 ", "found 2 components"),
-        (BINARY[-9:], b"", "found 3 components and 189 bytes"),
         (b"1ALL\n\1\0\0\0", b"1ALL\n\0\0\0\0", "expected nodes from 1 with finite numbers, found node 0"),
-        (b"1ALL\n\1\0\0\0\0\0\0\0", b"1ALL\n\1\0\0\0\0\0\xc0\x7f", r"found node 1 with \[nan"),
-        (b"    1           2\n", b"    1           3\n", "byte .*: expected a block in text form .*, found the format '3'"),
     ],
 )  # fmt: skip
 def test_a_damaged_binary_file_is_refused(tmp_path, old, new, message):
