@@ -10,7 +10,6 @@ from shakedown.fem import ElasticBody, Force, Material, Support, brick_mesh, con
 from shakedown.models.condensation import factorised_interior
 from shakedown.models.condensation.condense import condensed_stiffness
 from shakedown.models.condensation.factorised_interior import (
-    LEAF,
     FrontFactors,
     dissection,
     elimination,
@@ -57,17 +56,6 @@ def test_what_is_left_is_the_schur_complement(counts, known):
     np.testing.assert_array_equal(nodes, np.arange(len(ii)))
 
 
-def test_cuts_are_no_larger_than_planes_of_the_grid():
-    K, places = grid((12, 10, 9))
-    pieces = dissection(K, places)
-    assert len(pieces[-1].nodes) == 90
-    assert max(len(piece.nodes) for piece in pieces if not piece.children) <= LEAF
-    for piece in pieces:  # nothing couples the two sides of a cut
-        if len(piece.children) == 2:
-            one, other = (_below(pieces, child) for child in piece.children)
-            assert K[one][:, other].nnz == 0
-
-
 def _below(pieces, number):
     return np.concatenate(
         [pieces[number].nodes, *(_below(pieces, child) for child in pieces[number].children)]
@@ -83,15 +71,6 @@ def test_parts_that_are_not_connected_and_places_that_are_the_same():
         dense = K.toarray()
         expected = np.linalg.inv(np.linalg.inv(dense)[-3:, -3:])
         np.testing.assert_allclose(factorised(K, plan).schur, expected, atol=1e-12)
-
-
-def test_a_plan_knows_what_it_takes():
-    K, places = grid((9, 8, 7))
-    plan, _ = planned(K, places)
-    held = sum(L.nbytes + below.nbytes for L, below in factorised(K, plan)._parts)
-    assert held < plan.memory < 6 * held
-    larger, _ = planned(*grid((18, 16, 14)))
-    assert 16 < larger.operations / plan.operations < 128  # n⁶ on grids of n³ nodes: 64 in the limit
 
 
 def test_an_indefinite_matrix_is_not_factorised():

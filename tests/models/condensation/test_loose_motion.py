@@ -41,11 +41,6 @@ def test_free_motions_of_a_block(columns, rows, held, expected):
     assert said.endswith(f" ({moving} in all) {expected}")
 
 
-def test_without_places_turning_is_another_way():
-    K, dofs, _ = block()
-    assert "along x and along y and also in 1 other way(s), most of all node" in loose_motion(K, dofs)
-
-
 @pytest.mark.parametrize("factor", [2.0**-40, 1.0, 2.0**40])
 def test_parts_are_told_apart_and_units_do_not_matter(factor):
     pair = np.array([[1.0, -1.0], [-1.0, 1.0]])
