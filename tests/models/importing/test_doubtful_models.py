@@ -1,6 +1,5 @@
 """Models that are subtly wrong: each is refused in one line, or warned of wherever its numbers are shown."""
 
-import json
 import re
 
 import numpy as np
@@ -85,13 +84,13 @@ def slower_clock(text, deck):
 
 
 REFUSED = {
-    "partners beside each other": (
-        contact(f"pairs = {labels(second=[1074, 1073, *range(1075, 1082)])}"),
-        r"nearer than 0.25 of the spacing 0.25\), found 1/1074 0.25 apart along the surface",
-    ),
     "partners in the opposite order": (
         contact(f"pairs = {labels(second=range(1081, 1072, -1))}"),
         "found 1/1081 2 apart along the surface",
+    ),
+    "one normal out of the body": (
+        contact(f"pairs = {labels()}\n{UP.replace('[0, 1]', '[0, -1]', 1)}"),
+        r"found \[0, -1, 0\] at 1/1073, .* \(1 of 9 do not\)",
     ),
     "partners a layer below": (
         contact(f"pairs = {labels(second=range(1056, 1065))}"),
@@ -100,18 +99,6 @@ REFUSED = {
     "a list of another length than is stated": (
         listed(0.0, 1.0, 0.0, -1.0, steps="steps = 8"),
         "changed.toml: pushed to and fro: history: expected 8 factors, as 'steps' states, found 4",
-    ),
-    "all normals out of the body": (
-        contact(f"pairs = [{SETS}]\nnormal = [0, -1]"),
-        r"expected normals into the first body, found \[0, -1, 0\] at \d+/\d+, where its faces have \[0, 1, 0\] \(9 of 9",
-    ),
-    "one normal out of the body": (
-        contact(f"pairs = {labels()}\n{UP.replace('[0, 1]', '[0, -1]', 1)}"),
-        r"found \[0, -1, 0\] at 1/1073, .* \(1 of 9 do not\)",
-    ),
-    "bodies the other way round": (
-        contact('pairs = ["BLOCK_TOP", "PUNCH_FOOT"]\nnormal = [0, 1]'),
-        r"expected normals into the first body, found \[0, 1, 0\] at 1073/1",
     ),
     "a normal along the surface": (
         contact(f"pairs = [{SETS}]\nnormal = [1, 0]"),
@@ -141,7 +128,6 @@ REFUSED = {
 
 WARNED = {
     "shifted along the surface": (placed(lambda x, y: (x + 0.04, y)), "0.04 apart along the surface, 0.16 of the spacing"),
-    "one side larger": (placed(lambda x, y: (1.02 * x, y)), "apart along the surface, 0.24 of the spacing (mean 0.16)"),
     "drawn apart": (placed(lambda x, y: (x, y - 0.004)), "drawn so that they lie apart by 0.004 across the surface"),
     "drawn into each other": (placed(lambda x, y: (x, y + 0.01)), "drawn so that they overlap by 0.01"),
     "a normal askew": (contact(f"pairs = {labels()}\n{UP.replace('[0, 1]', '[1, 1]', 1)}"), "turned by 45° from the faces"),
@@ -149,25 +135,18 @@ WARNED = {
         contact(f"pairs = {labels([1, 2, 3, 5, 6, 7, 8, 9], [1073, 1074, 1075, *range(1077, 1082)])}\nnormal = [0, 1]"),
         "lie at one place and are no pair of the contact (1 times, first 4 and 1076)",
     ),
-    "ends left out": (
-        contact(f"pairs = {labels(range(2, 9), range(1074, 1081))}"),
-        "lie at one place and are no pair of the contact (2 times, first 1 and 1073)",
-    ),
     "one body for two": (
         contact('nodes = "PUNCH_FOOT"'),
         "lie at one place and are no pair of the contact (9 times",
     ),
     "too much interference": (placed(lambda x, y: (x, y - 1e-9), more="gap = -1\n"), "up to 1, 4 of the spacing"),
-    "far apart": (placed(lambda x, y: (x, y - 1e-9), more="gap = 12\n"), "the least gap is 12, 48 of the spacing"),
     "rows of another run": (rows_of_another_run, "are matrix, row map and deck of one run?"),
     "another shape": (placed(lambda x, y: (x, 2 * y - 1), range(1, 2000)), "meet resistance at 45 of 96 nodes inside"),
     "another unit": (changed('"punch.sti"', '"punch.sti"\nscale = 1000'), "is 'scale' right?"),
     "seconds for milliseconds": (slower_clock, "covers 0.19 % of the period of 1000"),
     "an alias": (push(WAVE.replace("order = 1", "order = 48")), "48 load step(s) do not show its harmonic of order 48: 'steps' above 96 does"),
-    "an alias that still moves": (push(WAVE.replace("order = 1", "order = 47")), "48 load step(s) do not show its harmonic of order 47"),
     "a wave of two steps": (push(WAVE.replace("order = 1", "order = 24")), "48 load step(s) do not show its harmonic of order 24"),
     "peaks between the steps": (push("points = [[0, 0], [0.01, 5], [0.02, 0], [0.5, 1], [1, 0]]"), "miss 80 % of its range"),
-    "a jump at the end": (push("points = [[0, 0], [1, 1]]"), "miss 2.1 % of its range"),
     "a wave of no size": (push(WAVE.replace("1.0", "0.0")), "'pushed to and fro' does not vary: its factor is 0 at every"),
     "no force": (lambda text, deck: (text.replace('1, 10.0', '1, 0.0'), deck), "'pushed to and fro' is zero"),
     "one load step": (lambda text, deck: (text.replace("steps = 48", "steps = 1"), deck), "no load varies over the 1 load step"),
@@ -247,13 +226,6 @@ def test_the_period_closes_by_itself_unless_the_number_of_load_steps_is_stated(e
     assert any("The last load step repeats the first" in doubt for doubt in kept.doubts)
 
 
-def test_a_configuration_with_a_byte_order_mark_is_read(example):
-    folder, text, _ = example
-    (folder / "marked.toml").write_text(text, encoding="utf-8-sig")
-    problem = import_model(folder / "marked.toml").problem
-    assert json.loads(problem.source)["configuration"]["text"].endswith(text)
-
-
 def test_the_example_and_its_neighbours_are_not_doubted(example):
     """Neither a clearance that is said, nor a shear of the mesh, nor another start of the wave."""
     for change in (
@@ -325,7 +297,7 @@ def test_friction_in_per_cent_stops_the_check(example):
     assert "STOP: 1 warning to clear up" in out
 
 
-@pytest.mark.parametrize("case", ["shifted along the surface", "far apart", "another unit", "no force"])
+@pytest.mark.parametrize("case", ["shifted along the surface", "another unit"])
 def test_a_warning_that_is_meant_is_accepted_by_its_words(example, case):
     change, words = WARNED[case]
     doubted = made(example, change).warnings
@@ -339,11 +311,6 @@ def test_a_warning_that_is_meant_is_accepted_by_its_words(example, case):
     assert made(example, accepting(*doubted)).ready
     with pytest.raises(ProblemError, match="key 'accept': expected a list of texts, words of warnings"):
         made(example, lambda text, deck: (f"accept = true\n{text}", deck))
-
-
-def test_friction_that_is_meant_is_accepted(example):
-    found = made(example, changed("friction = 0.3", 'friction = 30\naccept = ["is it in percent?"]'))
-    assert found.ready
 
 
 def test_a_matrix_that_is_not_elastic_is_refused(example):
@@ -363,11 +330,9 @@ def test_a_matrix_that_is_not_elastic_is_refused(example):
 @pytest.mark.parametrize(
     ("sets", "message"),
     [
-        ("LEFT = 0.1", "expected every contact node in one of the sets, found 6/1078 in none"),
         ("LEFT = 0.1, BLOCK_TOP = 0.2", "found 1/1073 in 'LEFT' and 'BLOCK_TOP'"),
         ("LEFT = 0.1, NONE = 0.2", "expected the node set or surface 'NONE'"),
         ("LEFT = 0.1, BLOCK_FOOT = 0.2", "expected contact nodes in the set 'BLOCK_FOOT', found none"),
-        ("LEFT = 'much'", "expected a number for each node set, found 'much'"),
         ("", "expected a number for each node set, found {}"),
     ],
 )

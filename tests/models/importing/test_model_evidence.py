@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import solids
 import writers
 from command import run
 from scipy import sparse
@@ -106,45 +105,3 @@ def test_matrix_and_deck_of_two_models_are_told_apart(tmp_path):
     assert said.startswith("rigid motions of the deck's nodes meet resistance at 45 of 96 nodes inside")
     said, *_ = model_doubts(replace(stiffness, dofs=np.roll(stiffness.dofs, 2, axis=0)), made.contact, mesh)
     assert said.endswith("are matrix, row map and deck of one run?")
-
-
-def test_motions_of_a_solid_in_words(tmp_path):
-    """A block that slides on the other one: six free motions; five once a node of it is held."""
-    solids.write_model(tmp_path, solids.places())
-    text = """friction = 0.4
-[model]
-file = "job.inp"
-[stiffness]
-file = "job.sti"
-[contact]
-pairs = ["UPPER_FOOT", "LOWER_TOP"]
-[[load]]
-name = "turn"
-forces = [[48, 1, 2.0], [48, 2, 1.0]]
-history = [1.0, 0.0]
-"""
-    (tmp_path / "c.toml").write_text(text)
-    made = shakedown.import_model(tmp_path / "c.toml")
-    upper, lower = made.evidence.bodies
-    assert upper.free == (
-        "along x",
-        "along y",
-        "along z",
-        "turning about x",
-        "turning about y",
-        "turning about z",
-    )
-    assert lower.free == ()
-    applied, contact, supports = made.loads[0].parts
-    arm = solids.places()[47] - made.problem.coordinates.mean(axis=0)
-    np.testing.assert_allclose(applied.moment, np.cross(arm, [2.0, 1.0, 0.0]))
-    np.testing.assert_allclose(
-        [*contact.force, *contact.moment], [*-applied.force, *-applied.moment], atol=1e-7
-    )
-    np.testing.assert_allclose(
-        [*supports.force, *supports.moment], [*contact.force, *contact.moment], atol=1e-12
-    )
-    (tmp_path / "c.toml").write_text(text.replace("[[load]]", "[supports]\nfixed = [[48, 3]]\n[[load]]", 1))
-    assert len(shakedown.import_model(tmp_path / "c.toml").evidence.bodies[0].free) == 5
-    _, out, _ = run("import", str(tmp_path / "c.toml"), "--check")
-    assert all(len(line) <= 80 for line in out.splitlines())

@@ -120,7 +120,6 @@ def test_patches_in_the_plane_lie_beside_each_other(tmp_path):
         ((LEFT, RIGHT.partition("\n")[2]), "contact 2: expected the key 'name'"),
         ((LEFT, RIGHT + "\nspacing = 1"), "contact 2: unknown key 'spacing'"),
         ((LEFT, 'name = "right"'), "contact 2: expected one of the keys 'nodes', 'pairs' and 'surfaces'"),
-        ((LEFT, 'name = "all"\npairs = ["UPPER", "LOWER"]'), "found node 1 on 'left' and 'all'"),
         ((LEFT, 'name = "all"\nsurfaces = ["UPPER", "LOWER"]'), "found node 1 on 'left' and 'all'"),
         (
             (LEFT, RIGHT + "\naxes = [1, 3]"),

@@ -117,17 +117,6 @@ def test_a_plane_is_taken_where_it_is_said_or_held(folder):
         import_model(configuration(folder, f"{PAIRS}\ndirections = 1\nnormal = [0, 0, 1]"))
 
 
-def test_held_across_the_plane_of_x_and_y_stays_a_plane(tmp_path):
-    solids.write_model(tmp_path, turned(solids.places()))
-    held = '[supports]\nfixed = [["UPPER_FOOT", 3], ["LOWER_TOP", 3]]'
-    loads = LOADS.replace('"TOP", 3', '"TOP", 2')
-    found = import_model(configuration(tmp_path, PAIRS, loads, supports=held))
-    assert found.problem.directions == 1
-    said = import_model(configuration(tmp_path, f"{PAIRS}\naxes = [1, 2]", loads, supports=held)).problem
-    for key in ("A", "B", "C", "q_w", "p_w", "x", "normal", "tangent"):
-        np.testing.assert_array_equal(getattr(found.problem, key), getattr(said, key))
-
-
 def test_tangents_change_the_components_only(made, folder):
     rng = np.random.default_rng(0)
     towards = rng.normal(size=(12, 3)).round(3)
@@ -234,63 +223,10 @@ def test_nodes_in_a_transform_are_the_same_joint(folder, made, tmp_path):
         imported("own.dat")
 
 
-def components(frame, state):
-    """(tangential…, normal…) along x, y, z at every node."""
-    slip, gap = frame.layout.split(state)
-    slips = frame.layout.by_node(slip)
-    return np.einsum("nk,nkj->nj", slips, frame.slip_axes) + gap[:, None] * frame.normals
-
-
-def test_reactions_and_unit_displacements_of_three_directions(made, tmp_path):
-    """From one static run per contact degree of freedom, and the loads with the contact clamped."""
-    K, n = made.condensation.stiffness, made.problem.n
-    frame, labels = made.condensation.frame, [str(k + 1) for k in range(n)]
-    solids.write_model(tmp_path, solids.places())
-    rows, header = [], "step,node,fx,fy,fz"
-    for k in range(3 * n):
-        moved = np.zeros((n, 3))
-        moved[k // 3, k % 3] = 1.0
-        forces = components(frame, K @ frame.to_local(moved))
-        rows += [
-            f"{k + 1},{label},{','.join(map(repr, f.tolist()))}"
-            for label, f in zip(labels, forces, strict=True)
-        ]
-    (tmp_path / "unit.csv").write_text("\n".join([header, *rows]))
-    reactions = [
-        components(frame, made.condensation.layout.joined(q, p))
-        for q, p in zip(made.problem.q_w, made.problem.p_w, strict=True)
-    ]
-    text = f"""friction = 0.4
-[stiffness]
-file = "unit.csv"
-[contact]
-nodes = {list(range(1, n + 1))}
-normal = [0, 0, 1]
-tangent = [1, 0, 0]
-[[load]]
-reactions = {reactions[0].tolist()}
-history = 1.0
-[check]
-displacements = [[3, 2, 1.0]]
-reactions = {components(frame, K @ frame.to_local(np.eye(3 * n)[7].reshape(n, 3))).tolist()}
-"""
-    (tmp_path / "c.toml").write_text(text)
-    found = import_model(tmp_path / "c.toml")
-    np.testing.assert_allclose(found.condensation.stiffness, K, atol=1e-12 * np.abs(K).max())
-    np.testing.assert_allclose(found.problem.q_w[0], made.problem.q_w[0], atol=1e-9)
-    assert found.static_run < 1e-12
-    (tmp_path / "plane.toml").write_text(
-        text.replace("[0, 0, 1]", "[0, 1]").replace("tangent = [1, 0, 0]", "")
-    )
-    with pytest.raises(ProblemError, match="found 36; with three for each say directions = 2"):
-        import_model(tmp_path / "plane.toml")
-
-
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
         ("directions = 3", "key 'directions': expected 1 or 2, found 3"),
-        ("directions = 2\naxes = [1, 3]", "key 'axes': expected of a plane problem only, found it beside directions = 2"),
         ("tangent = [1, 0, 0]\nfree_out_of_plane = true", "key 'free_out_of_plane': .* found it beside 'tangent'"),
         ("directions = 1\ntangent = [1, 0, 0]", "key 'tangent': expected beside directions = 2 only"),
         ("tangent = [0, 0, 1]", r"tangent: expected a finite direction across the normal \[0.0, 0.0, 1.0\]"),
@@ -302,13 +238,6 @@ reactions = {components(frame, K @ frame.to_local(np.eye(3 * n)[7].reshape(n, 3)
 def test_one_thing_wrong_is_named(folder, keys, message):
     with pytest.raises(ProblemError, match=message):
         import_model(configuration(folder, f"{PAIRS}\n{keys}"))
-
-
-def test_an_interference_presses_the_blocks(folder, made):
-    tight = import_model(configuration(folder, f"{PAIRS}\ngap = -0.001")).problem
-    np.testing.assert_allclose(
-        tight.p_w - made.problem.p_w, np.tile(0.001 * made.problem.C.sum(axis=1), (4, 1)), atol=1e-9
-    )
 
 
 def test_what_was_read_is_shown(folder, made):

@@ -8,7 +8,6 @@ from calculix import ccx, needs_ccx
 from model_files import HEAT, RING, changed
 
 from shakedown import LoadCase, ProblemError, import_model
-from shakedown.models.readers.deck import read_deck
 
 THERMAL = 'thermal = { file = "held.dat", step = 1 }'
 CLAMPED = 'reactions = { file = "clamped.dat", step = 1, bodies = "clamped" }'
@@ -58,41 +57,6 @@ def test_steps_are_combined_with_factors(heat, file, digits):
     found = welded(made(heat, (THERMAL, line)))
     expected = welded(made(heat, (THERMAL, f"forces = {LOADED}")))
     np.testing.assert_allclose(found, expected, rtol=0, atol=digits * np.abs(expected).max())
-
-
-def test_weight_on_the_contact_nodes_is_there_with_the_contact_open_only(heat):
-    """CalculiX prints forces inside: held nodes lack what acts on themselves."""
-    mesh = read_deck(heat / "blocks.inp")
-    weight = []
-    for nodes in ([11, 12, 15, 14], [12, 13, 16, 15]):
-        x, y = mesh.at(np.array(nodes))[:, :2].T
-        for corner, share in zip(nodes, shares(x, y), strict=True):
-            weight.append([corner, 2, -DENSITY * GRAVITY * share])
-    total = {}
-    for node, _, force in weight:
-        total[node] = total.get(node, 0.0) + force
-    # 14 and 16 are held
-    forces = [[node, 2, float(force)] for node, force in total.items() if node not in (14, 16)]
-    expected = welded(made(heat, (THERMAL, f"forces = {forces}")))
-    opened = welded(made(heat, (THERMAL, 'open = { file = "open.dat", step = 3 }')))
-    np.testing.assert_allclose(opened, expected, rtol=0, atol=1e-5 * np.abs(expected).max())
-    clamped = welded(made(heat, (THERMAL, CLAMPED.replace("step = 1", "step = 3"))))
-    own = [force for force in forces if force[0] in (11, 12, 13)]
-    missing = welded(made(heat, (THERMAL, f"forces = {own}")))
-    np.testing.assert_allclose(expected - clamped, missing, rtol=0, atol=1e-5 * np.abs(expected).max())
-
-
-def shares(x, y):
-    """Integrals of the bilinear shape functions over a quadrilateral, by 2 x 2 Gauss points."""
-    found = np.zeros(4)
-    for s in (-1, 1):
-        for t in (-1, 1):
-            a, b = s / np.sqrt(3), t / np.sqrt(3)
-            N = np.array([(1 - a) * (1 - b), (1 + a) * (1 - b), (1 + a) * (1 + b), (1 - a) * (1 + b)]) / 4
-            da = np.array([-(1 - b), 1 - b, 1 + b, -(1 + b)]) / 4
-            db = np.array([-(1 - a), -(1 + a), 1 + a, 1 - a]) / 4
-            found += N * (da @ x * (db @ y) - da @ y * (db @ x))
-    return found
 
 
 def test_a_load_case_is_refused_where_its_file_is_not_what_the_key_says(heat):

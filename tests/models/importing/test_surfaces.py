@@ -9,7 +9,7 @@ from command import run
 from meshed_apart import LOADS, STEEL, bricks, write
 
 from shakedown import ProblemError, import_model
-from shakedown.fem import ElasticBody, Support, block_mesh, brick_mesh, contact_problem
+from shakedown.fem import ElasticBody, Support, brick_mesh, contact_problem
 
 SURFACES = 'surfaces = ["UPPER", "LOWER"]'
 
@@ -61,27 +61,14 @@ def test_the_check_says_how_the_surfaces_lie(folder):
     assert document["surfaces"]["overlap"] == pytest.approx(3.0)
 
 
-def test_in_the_plane_the_check_says_lengths(tmp_path):
-    upper = ElasticBody(block_mesh(2.0, 1.0, 2, 1, origin=(0.0, 1.0)), STEEL)
-    write(tmp_path, upper, ElasticBody(block_mesh(3.0, 1.0, 4, 1), STEEL, supports=[Support("bottom")]))
-    loads = '[[load]]\nforces = [["TOP", 2, -1.0]]\nhistory = 1.0\n'
-    path = configuration(tmp_path, loads=loads)
-    words = " ".join(run("import", str(path), "--check")[1].split())
-    assert "overlap 2 mm 100 % and 66.67 % of their lengths" in words
-    other_way = configuration(tmp_path, 'surfaces = ["LOWER", "UPPER"]', loads)
-    assert import_model(other_way).warnings[0].startswith("33 % of the length of the first surface lies")
-
-
 @pytest.mark.parametrize(
     ("contact", "said"),
     [
         ('surfaces = ["UPPER"]', "expected two names, of the first body and of the second"),
         ('surfaces = ["UPPER", "UPPER"]', "expected bodies with nodes of their own, found node 1 on both"),
-        ('surfaces = ["UPPER", "TOP"]', "found none; they are at least 1 apart"),
         ('surfaces = ["UPPER", "NOWHERE"]', "expected the node set or surface 'NOWHERE'"),
         (f'{SURFACES}\nnodes = "TOP"', "expected no key 'nodes' beside 'surfaces', found both"),
         ('nodes = "UPPER"\nreach = 1.0', "key 'reach': expected beside 'surfaces' only"),
-        ('nodes = "UPPER"\nreech = 1.0', "unknown key 'reech'; expected keys are"),
         (f"{SURFACES}\nreach = -1.0", "reach: expected a length > 0, found -1"),
         (f"{SURFACES}\nuncovered = -1.0", "uncovered: expected a share from 0 to 1, found -1"),
     ],
@@ -90,17 +77,6 @@ def test_what_cannot_be_meant_is_refused(folder, contact, said):
     with pytest.raises(ProblemError) as refused:
         import_model(configuration(folder, contact))
     assert said in str(refused.value)
-
-
-def test_a_surface_beside_the_other_is_said(tmp_path):
-    upper, _ = bricks()
-    beside = ElasticBody(brick_mesh((1.5, 1.5, 1.0), (3, 2, 1)), STEEL, supports=[Support("bottom")])
-    write(tmp_path, upper, beside)
-    made = import_model(configuration(tmp_path))
-    assert made.warnings[0].startswith("25 % of the area of the first surface lies beside the second")
-    assert made.contact.coupling.share == pytest.approx([0.75, 1.0])
-    assert made.problem.p_w[0].sum() == pytest.approx(90.0)
-    assert import_model(configuration(tmp_path, f"{SURFACES}\nuncovered = 0.3")).warnings == ()
 
 
 def test_a_fine_pad_on_one_coarse_element_may_be_named_either_way(tmp_path):

@@ -70,11 +70,6 @@ def test_a_thickness_multiplies_the_areas(example):
         import_problem(example)
 
 
-def test_a_load_name_that_a_terminal_obeys_is_kept_as_text(example):
-    example.write_text(example.read_text().replace('name = "pressed down"', 'name = "\\u001b[2J"'))
-    assert import_problem(example).load_names[0] == "\\x1b[2J"
-
-
 def face_shares(points):
     """∫ N_j dA of one face."""
     nodes = tuple(range(len(points)))
@@ -97,12 +92,6 @@ def test_shares_of_a_triangle(count):
     area = 0.5 * np.linalg.norm(np.cross(corners[1], corners[2]))
     expected = [1 / 3] * 3 if count == 3 else [0, 0, 0, 1 / 3, 1 / 3, 1 / 3]
     assert face_shares(points) == pytest.approx(area * np.array(expected))
-
-
-def test_the_corners_of_a_quadratic_square_get_less_than_nothing():
-    square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    points = np.vstack([square, 0.5 * (square + np.roll(square, -1, axis=0))])
-    assert face_shares(points) == pytest.approx([-1 / 12] * 4 + [1 / 3] * 4)
 
 
 def plate(shape: str = "quadrilateral", **more) -> Mesh:
