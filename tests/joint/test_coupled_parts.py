@@ -27,14 +27,6 @@ def test_one_entry_of_any_block_couples(which):
     assert [part.nodes.tolist() for part in found] == [[0, 2], [1]]
 
 
-@pytest.mark.parametrize("name", ["two-node", "block-9", "four-node-3d"])
-def test_a_coupled_joint_is_its_only_part(name):
-    joint = shakedown.example(name)
-    (part,) = coupled_parts(joint)
-    assert part.joint is joint
-    assert part.nodes.tolist() == list(range(joint.n))
-
-
 def test_a_part_has_all_that_belongs_to_its_nodes():
     """Nodes in any order in the whole joint: two joints in space shuffled into each other, and taken out again."""
     two = [shakedown.example("two-node-3d"), shakedown.example("four-node-3d")]

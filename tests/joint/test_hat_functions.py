@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joints_in_space import in_units, random_joint
+from joints_in_space import random_joint
 
 import shakedown
 from shakedown import UsageError, averaged
@@ -39,12 +39,6 @@ def test_reactions_of_slips_between_knots_are_averaged_ones():
     assert coarse.C is None or np.allclose(coarse.C, P.T @ block.C @ P)
 
 
-def test_a_radius_below_the_mesh_leaves_the_joint_as_it_is():
-    block = shakedown.example("block-9")
-    for radius in (0.1, 1e-9, 5e-324):
-        assert averaged(block, radius).fingerprint == replace(block, faces=None).fingerprint
-
-
 def test_knots_are_the_nodes_nearest_to_places_a_radius_apart():
     x = np.array([0.0, 0.1, 0.25, 0.6, 0.95, 1.2, 1.4, 1.75, 2.0])
     block = replace(shakedown.example("block-9"), x=x)
@@ -71,29 +65,6 @@ def test_hats_of_a_patch_are_not_negative_and_give_back_linear_slips(places):
     assert np.allclose((P @ slope[P.argmax(axis=0)])[inside], slope[inside], atol=1e-6)
 
 
-def test_the_rim_of_a_patch_is_that_of_its_outline_and_of_its_hole():
-    outline = (GRID % [6, 4] == 0).any(axis=1)
-    assert (surface_of(on_places(GRID)).edge == outline).all()
-    wide = np.stack(np.meshgrid(*2 * [np.arange(9.0)], indexing="ij"), axis=-1).reshape(-1, 2)
-    far = np.abs(wide - 4)
-    ring = (far.max(axis=1) == 2) & (far.min(axis=1) < 2)  # but its corners, which see no wide sector
-    kept, outline = far.max(axis=1) > 1, far.max(axis=1) == 4
-    assert (surface_of(on_places(wide[kept])).edge == (outline | ring)[kept]).all()
-
-
-def test_faces_say_where_the_rim_is():
-    flange = shakedown.example("bolted-flange")
-    assert np.array_equal(surface_of(flange).edge, surface_of(replace(flange, faces=None)).edge)
-
-
-def test_pads_an_element_apart_share_no_hat_where_faces_are_known():
-    x, _ = GRID.T
-    quads = [node + np.array([0, 5, 6, 1]) for node in range(30) if node % 5 < 4 and x[node] not in (1, 4)]
-    known = replace(on_places(np.column_stack([GRID, 0 * x])), faces=np.array(quads))
-    assert [sorted(set(x[part])) for part in surface_of(known).parts] == [[2, 3, 4], [0, 1], [5, 6]]
-    assert len(surface_of(replace(known, faces=None)).parts) == 1
-
-
 def test_two_patches_that_face_each_other_share_no_hat():
     upper = np.column_stack([GRID, np.full(len(GRID), 0.2)])
     both = np.vstack([np.column_stack([GRID, np.zeros(len(GRID))]), upper])
@@ -104,17 +75,6 @@ def test_two_patches_that_face_each_other_share_no_hat():
     P = hat_functions(surface, knots)
     assert not P[:35, knots >= 35].any()
     assert not P[35:, knots < 35].any()
-
-
-def test_hats_follow_a_curved_surface():
-    places, normal = cylinder()
-    surface = surface_of(on_places(places, normal))
-    assert len(surface.parts) == 1
-    arc = 4 * np.arctan2(places[:, 1], places[:, 0])
-    knots = spread_knots(surface, np.full(len(places), 1.9))
-    P = hat_functions(surface, knots)
-    middle = ~surface.edge & (arc > 2) & (arc < 4.2)
-    assert np.allclose((P @ arc[knots])[middle], arc[middle], atol=0.06)
 
 
 def test_slips_are_carried_along_where_the_tangents_turn():
@@ -140,14 +100,6 @@ def test_an_initial_slip_between_knots_stays_what_it_is():
     assert np.allclose(
         averaged(rough, 0.5).A @ averaged(rough, 0.5).initial_slip[0], P.T @ block.A @ rough.initial_slip[0]
     )
-
-
-def test_units_do_not_matter():
-    joint = on_places(GRID)
-    other = replace(in_units(joint, 2.0**20, 2.0**-30), x=joint.x * 2.0**-30)
-    one, again = averaged(joint, 2.0), averaged(other, 2.0 * 2.0**-30)
-    assert np.allclose(again.A, one.A * 2.0**50, rtol=1e-9)
-    assert coarsened(joint).n == coarsened(other).n
 
 
 @pytest.mark.parametrize("radius", [0.0, -1.0, np.inf, np.nan])

@@ -103,15 +103,6 @@ def test_the_tangent_frame_of_a_node_does_not_matter(angle):
 
 
 @pytest.mark.parametrize("d", [1, 2])
-def test_units_of_force_do_not_matter(d):
-    law, q, p = drawn(d)
-    unit = 2.0**40
-    np.testing.assert_array_equal(law.excess(unit * q, unit * p), unit * law.excess(q, p))
-    np.testing.assert_array_equal(law.projection(unit * q, unit * p), unit * law.projection(q, p))
-    np.testing.assert_array_equal(law.direction(unit * q), law.direction(q))
-
-
-@pytest.mark.parametrize("d", [1, 2])
 def test_the_cone_holds_the_reactions_that_the_law_allows(d):
     law, q, p = drawn(d)
     rows = law.cone(q, p)

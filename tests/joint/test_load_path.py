@@ -3,10 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 import shakedown
-from shakedown import LoadCase, Problem, ProblemError, condense, load_problem, save_problem
+from shakedown import LoadCase, Problem, condense, load_problem, save_problem
 from shakedown.assessment.plan import random_paths
 from shakedown.joint.contact_zone import contact_zone
 
@@ -30,14 +29,6 @@ def test_a_domain_survives_the_round_trip(tmp_path):
     assert again.to_dict()["load_path"] == "domain"
     assert "load domain" in repr(again)
     assert again.fingerprint != JOINT.fingerprint
-
-
-@pytest.mark.parametrize("word", ["", "Domain", "path", 1, None, ["loop"], "\x1b[2J"])
-def test_other_words_are_refused_in_one_line(word):
-    with pytest.raises(ProblemError, match="key 'load_path': expected ") as caught:
-        replace(JOINT, load_path=word)
-    assert "\n" not in str(caught.value)
-    assert "\x1b" not in str(caught.value)
 
 
 def test_parts_of_a_joint_keep_it_and_a_path_through_it_does_not():

@@ -82,23 +82,17 @@ def test_accepted(tmp_path, changes):
 nan, inf = np.nan, np.inf
 MALFORMED = {
     "missing A": ({"A": None}, "missing key 'A'"),
-    "missing B": ({"B": None}, "missing key 'B'"),
     "missing f": ({"f": None}, "missing key 'f'"),
     "missing q_w": ({"q_w": None}, "missing key 'q_w'"),
-    "missing p_w": ({"p_w": None}, "missing key 'p_w'"),
     "unknown key": ({"mu": np.array(0.3)}, "unknown key 'mu': did you mean 'f'?"),
     "two unknown keys": ({"mu": np.array(0.3), "K": np.eye(2)}, "'K', 'mu'"),
     "wrong schema": ({"schema": np.array("shakedown/99")}, "expected 'shakedown/1', found 'shakedown/99'"),
     "A not square": ({"A": np.ones((2, 3))}, "key 'A': expected a square array (n, n), found shape (2, 3)"),
     "A a vector": ({"A": np.ones(4)}, "found shape (4,)"),
-    "A three axes": ({"A": np.ones((2, 2, 2))}, "found shape (2, 2, 2)"),
-    "B too large": ({"B": np.ones((3, 3))}, "key 'B': expected shape (2, 2), found (3, 3)"),
     "C too small": ({"C": np.ones((1, 1))}, "key 'C': expected shape (2, 2)"),
     "f too long": ({"f": np.ones(3)}, "key 'f': expected shape (2,), found (3,)"),
-    "f a matrix": ({"f": np.ones((2, 2))}, "key 'f'"),
     "q_w transposed": ({"q_w": np.ones((2, 3))}, "looks transposed"),
     "p_w transposed": ({"p_w": np.ones((2, 3))}, "looks transposed"),
-    "q_w a vector": ({"q_w": np.ones(2)}, "expected shape (m, 2), found (2,)"),
     "q_w and p_w differ": ({"p_w": np.ones((4, 2))}, "expected shape (3, 2), found (4, 2)"),
     "no load step": ({"q_w": np.ones((0, 2)), "p_w": np.ones((0, 2))}, "at least one load step, found m = 0"),
     "no node": (
@@ -112,17 +106,13 @@ MALFORMED = {
     "only one transient": ({"p_transient": None}, "key 'p_transient': required because 'q_transient'"),
     "transients differ": ({"p_transient": np.ones((5, 2))}, "expected shape (4, 2), found (5, 2)"),
     "initial_slip wrong length": ({"initial_slip": np.ones(3)}, "key 'initial_slip': expected shape (2,)"),
-    "initial_slip transposed": ({"initial_slip": np.ones((2, 3))}, "looks transposed"),
     "x wrong length": ({"x": np.ones(5)}, "key 'x'"),
     "A is text": ({"A": np.array([["3", "1"], ["1", "2"]])}, "key 'A': expected real numbers, found text"),
-    "A is bytes": ({"A": np.array([[b"3", b"1"], [b"1", b"2"]])}, "found bytes"),
-    "A is boolean": ({"A": np.eye(2, dtype=bool)}, "found booleans"),
     "A is complex": ({"A": np.eye(2) * 1j}, "found complex numbers"),
     "A holds objects": (
         {"A": np.array([[1, None], [None, 1]], dtype=object)},
         "Python objects (never unpickled)",
     ),
-    "A is dates": ({"A": np.zeros((2, 2), dtype="M8[s]")}, "found dtype datetime64[s]"),
     "NaN in A": ({"A": np.array([[3.0, nan], [nan, 2.0]])}, "found nan at A[0][1]"),
     "inf in q_w": ({"q_w": np.array([[0.0, 1], [2, inf], [4, 5]])}, "found inf at q_w[1][1]"),
     "-inf in p_w": ({"p_w": np.array([[-inf, 1], [2, 3], [4, 5]])}, "found -inf at p_w[0][0]"),
@@ -328,11 +318,6 @@ def test_pickled_objects_are_never_executed(tmp_path):
         load_problem(path)
 
 
-def test_ragged_rows_are_refused():
-    with pytest.raises(ProblemError, match="ragged rows"):
-        Problem(**{**valid(), "A": [[1.0, 2.0], [3.0]]})
-
-
 def test_writing_where_there_is_no_folder_is_refused(tmp_path):
     with pytest.raises(ProblemError, match="cannot be written"):
         save_problem(tmp_path / "none" / "p.npz", shakedown.example("one-node"))
@@ -386,15 +371,3 @@ def test_a_tangent_along_the_normal_is_refused():
         ProblemError, match="key 'tangent': expected a direction at a right angle to 'normal'"
     ):
         dataclasses.replace(shakedown.example("two-node"), normal=up, tangent=up)
-
-
-def test_a_notebook_shows_what_a_problem_is():
-    joint = dataclasses.replace(
-        shakedown.example("two-node"), name="<b>", units="N, mm",
-        load_names=["shear"], load_mean=[1.0], load_amplitude=[250.0], load_units=["kN"],
-    )  # fmt: skip
-    shown = joint._repr_html_()
-    assert "<caption>&lt;b&gt;</caption>" in shown
-    for text in ("2, in a plane", "50 in one period", "0.35", "N, mm", "1 ± λ 250 kN"):
-        assert f">{text}</td>" in shown
-    assert "two tangential directions" in shakedown.example("two-node-3d")._repr_html_()

@@ -45,12 +45,6 @@ def test_everything_survives_the_round_trip(tmp_path):
         assert file["label"].tolist() == ["4711/12", "4712/13"]
 
 
-def test_the_same_problem_twice_is_the_same_file(tmp_path):
-    for name in "ab":
-        save_problem(tmp_path / name, traced())
-    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
-
-
 def test_a_file_without_a_source_has_no_key_that_earlier_versions_refuse(tmp_path):
     save_problem(tmp_path / "p.npz", shakedown.example("two-node"))
     with np.load(tmp_path / "p.npz", allow_pickle=False) as file:
@@ -59,18 +53,15 @@ def test_a_file_without_a_source_has_no_key_that_earlier_versions_refuse(tmp_pat
 
 DAMAGED = {
     "too few labels": ({"label": ["a"]}, "key 'label': expected shape (2,), found (1,)"),
-    "labels in two columns": ({"label": [["a", "b"], ["c", "d"]]}, "key 'label': expected one text each"),
     "ragged labels": ({"label": [["a"], ["b", "c"]]}, "key 'label': expected one text each, found ragged rows"),
     "labels that are no text": ({"label": [1.5, 2.5]}, "key 'label': expected one text each, found dtype float64"),
     "one label": ({"label": "a"}, "key 'label': expected one text each, found text"),
     "a label that a terminal obeys": ({"label": ["a", "\x1b[2J"]}, "found '\\x1b[2J' at label[1]"),
     "a label of two lines": ({"label": ["a", "b\nc"]}, "expected text that can be shown"),
-    "a label that reads backwards": ({"label": ["a", "\u202egnp"]}, "expected text that can be shown"),
     "half a character": ({"label": ["a", "\ud800"]}, "key 'label': expected text, found the character number 0xd800"),
     "an endless label": ({"label": ["a", "b" * 500]}, "expected at most 200 characters, found 500 at label[1]"),
     "a load without a showable name": ({"load_names": ["\x00b"]}, "key 'load_names': expected text that can be shown"),
     "no load": ({"load_names": []}, "key 'load_names': expected one text each"),
-    "loads of which one has no mean": ({"load_mean": [1.0]}, "key 'load_mean': expected shape (2,), found (1,)"),
     "a load of negative amplitude": ({"load_amplitude": [0.0, -20.0]}, "key 'load_amplitude': expected amplitudes >= 0, found -20 at load 1"),
     "a load whose mean is no number": ({"load_mean": [1.0, np.nan]}, "key 'load_mean': expected finite numbers, found nan at load_mean[1]"),
     "a mean without an amplitude": ({"load_amplitude": None}, "key 'load_amplitude': required because 'load_mean' is given"),
@@ -78,19 +69,15 @@ DAMAGED = {
     "units without loads": ({"load_mean": None, "load_amplitude": None}, "key 'load_mean': required because 'load_units' is given"),
     "loads without names": ({"load_names": None}, "key 'load_names': required because 'load_mean' is given"),
     "a unit for all": ({"load_units": "kN"}, "key 'load_units': expected one text each, found text"),
-    "a unit that a terminal obeys": ({"load_units": ["kN", "\x1b[2J"]}, "found '\\x1b[2J' at load_units[1]"),
     "a negative area": ({"node_area": [0.5, -1e-9]}, "key 'node_area': expected areas >= 0, found -1e-09 at node 1"),
     "an area that is no number": ({"node_area": [np.nan, 1.0]}, "key 'node_area': expected finite numbers"),
-    "too many areas": ({"node_area": [1.0, 1.0, 1.0]}, "key 'node_area': expected shape (2,), found (3,)"),
     "places in the plane": ({"coordinates": np.zeros((2, 2))}, "key 'coordinates': expected shape (2, 3), found (2, 2)"),
-    "places turned": ({"coordinates": np.zeros((3, 2))}, "key 'coordinates': expected shape (2, 3), found (3, 2)"),
     "a normal of length 2": ({"normal": [[0, 2, 0], [0, 1, 0]]}, "key 'normal': expected vectors of length 1, found the length 2 at node 0"),
     "no tangent": ({"tangent": [[1, 0, 0], [0, 0, 0]]}, "key 'tangent': expected vectors of length 1, found the length 0 at node 1"),
     "a source that is no JSON": ({"source": "import c.toml"}, "key 'source': expected JSON text"),
     "a source that is a list": ({"source": "[1]"}, "key 'source': expected a JSON object, found list"),
     "a source with NaN": ({"source": '{"a": NaN}'}, "key 'source': expected JSON text, found what is none (the word NaN)"),
     "a source too deep": ({"source": '{"a":' + "[" * 100_000 + "]" * 100_000 + "}"}, "key 'source': expected JSON text"),
-    "a source with an endless number": ({"source": '{"a": ' + "9" * 5000 + "}"}, "key 'source': expected JSON text"),
     "warnings that are none": ({"source": '{"warnings": [1]}'}, "key 'source': 'warnings': expected a list of texts, found"),
     "files that are none": ({"source": '{"files": "k.mtx"}'}, "key 'source': 'files': expected a list of objects, found"),
     "several sources": ({"source": ["{}", "{}"]}, "key 'source': expected one text string"),
@@ -140,13 +127,6 @@ def test_a_factor_on_the_loading_is_one_on_the_loads():
         changed = with_parameter(problem, name, factor)
         assert [load[1:3] for load in changed.loads] == expected
     assert with_parameter(problem, "stiffness", 2.0).loads == problem.loads
-
-
-def test_a_document_has_the_loads_where_they_are_known():
-    assert traced().to_dict()["loads"][0] == {"name": "bolt", "mean": 12.0, "amplitude": 0.0, "unit": "kN"}
-    assert "loads" not in shakedown.example("two-node").to_dict()
-    bare = dataclasses.replace(traced(), load_units=None)
-    assert [load.unit for load in bare.loads] == ["", ""]
 
 
 @pytest.mark.parametrize("key", ["label", "coordinates", "node_area", "load_units", "source", "x"])
