@@ -96,39 +96,6 @@ def test_below_load_factor_one_and_under_a_mean_load_only_a_constant_is_added():
     np.testing.assert_allclose(load_loops(joint, lower).areas, load_loops(smaller, own).areas, rtol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("name", "value"), [("mean", 2.0), ("stiffness", 4.0), ("amplitude", 0.5), ("friction", 1.5)]
-)
-def test_parameters_keep_the_loads_in_step_with_the_welded_reactions(name, value):
-    """A problem checks itself; and of a structure as a whole stiffer, everything moves as much less."""
-    joint, _, _ = settled(np.random.default_rng(5), 3, 1, 3.0)
-    varied = with_parameter(joint, name, value)
-    assert varied.load_reactions is not None
-    state = shakedown.long_term_state(varied, 1.0)
-    total = load_loops(varied, state).areas.sum() / max(state.period, 1)
-    size = np.abs(varied.q_w).max() ** 2 / joint.A[0, 0]
-    assert total == pytest.approx(state.dissipation_per_cycle, rel=1e-8, abs=1e-12 * size)
-    if name == "stiffness":
-        assert np.array_equal(varied.load_compliance, joint.load_compliance / value)
-
-
-def test_units_do_not_matter():
-    """Forces, lengths and units of the loads in other powers of two: the same loops in those units."""
-    joint, state, _ = settled(np.random.default_rng(5), 3, 1, 3.0)
-    force, length, unit = 2.0**10, 2.0**-7, np.array([2.0**3, 1.0, 2.0**-9, 2.0])
-    other = replace(
-        joint, A=joint.A * force / length, B=joint.B * force / length, C=joint.C * force / length,
-        q_w=force * joint.q_w, p_w=force * joint.p_w, load_history=joint.load_history / unit,
-        load_reactions=force * unit[:, None] * joint.load_reactions,
-        load_compliance=force * length * np.outer(unit, unit) * joint.load_compliance,
-    )  # fmt: skip
-    there = shakedown.long_term_state(other, 1.0)
-    expected = conjugate_displacement(joint, state) * force * length * unit
-    np.testing.assert_allclose(
-        conjugate_displacement(other, there), expected, rtol=1e-10, atol=1e-12 * np.abs(expected).max()
-    )
-
-
 LIES = {
     "other reactions": ({"q_w": 1}, "keys 'q_w', 'p_w': expected a constant and load_history @ load_reactions"),
     "no history": ({"load_history": None}, "key 'load_history': required because 'load_reactions' is given"),
@@ -145,13 +112,6 @@ def test_loads_that_do_not_fit_are_named(change, line):
         change = {"q_w": joint.q_w + np.eye(STEPS, 3)}
     with pytest.raises(shakedown.ProblemError, match=line):
         replace(joint, **change)
-
-
-def test_a_file_keeps_the_loads(tmp_path):
-    joint, *_ = model(np.random.default_rng(5), 3, 1)
-    joint = replace(joint, load_frequency=[np.nan, 3.0, np.nan, np.nan])
-    shakedown.save_problem(tmp_path / "joint.npz", joint)
-    assert shakedown.load_problem(tmp_path / "joint.npz") == joint
 
 
 def test_without_compliance_there_is_no_displacement():

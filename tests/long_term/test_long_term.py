@@ -114,12 +114,6 @@ def test_derivative_of_the_cycle_map_is_that_of_finite_differences():
         assert min(errors) <= 1e-6, node
 
 
-@pytest.mark.parametrize("longest_period", [0, 1.5])
-def test_longest_period_is_checked(longest_period):
-    with pytest.raises(shakedown.UsageError, match=r"longest.period: expected"):
-        shakedown.long_term_state(shakedown.example("two-node"), 0.9, longest_period=longest_period)
-
-
 def test_a_joint_whose_moving_nodes_nothing_holds_is_undecided():
     joint = shakedown.Problem(A=[[0.0]], B=[[0.0]], f=0.0, q_w=[[1.0], [-1.0]], p_w=[[1.0], [1.0]])
     one, again = (shakedown.long_term_state(joint, 1.0) for _ in range(2))

@@ -10,7 +10,6 @@ from joints import FAMILY, any_joint, joint_of_kind, member
 from partly_open import SOME, partly_open
 
 import shakedown
-from benchmarks.problems import in_units
 from shakedown import Problem, node_results
 from shakedown.motion.evolution import evolve
 
@@ -62,15 +61,6 @@ def settled(request):
     return problem, state, node_results(state, wear_coefficient=WEAR)
 
 
-def test_the_cases_are_of_every_kind():
-    found = [shakedown.long_term_state(*case(), max_cycles=60) for case in CASES.values()]
-    assert {state.outcome.value for state in found} >= {"shakedown", "cyclic-slip", "ratchetting"}
-    assert {state.period for state in found} >= {1, 2}
-    assert any(state.jumps_per_cycle > 0 and state.friction_dissipation_per_cycle > 0 for state in found)
-    words = {word for state in found if state.period for word in node_results(state).status}
-    assert words == {"stick", "slip", "open", "mixed"}
-
-
 def test_works_add_up_to_the_dissipation_and_slips_are_those_of_the_state(settled):
     _, state, nodes = settled
     total = state.friction_dissipation_per_cycle
@@ -119,7 +109,7 @@ def test_a_node_that_stays_closed_slips_at_least_twice_its_range(settled):
         assert (state.slip_per_cycle >= most)[closed].all()
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(6))
 def test_one_node_in_rational_numbers(seed):
     rng = np.random.default_rng(seed)
     A, B, f = 1.0, rng.integers(-8, 9) / 16, rng.integers(2, 12) / 16
@@ -170,21 +160,6 @@ def test_the_range_of_a_walk_does_not_depend_on_where_its_period_begins():
     assert ranges[0] == pytest.approx(np.max(spans, axis=0), rel=2e-3)
 
 
-def test_open_nodes_carry_nothing_and_mixed_ones_do_for_some_time():
-    state = shakedown.long_term_state(shakedown.example("press-fit"), 2.0)
-    nodes = node_results(state)
-    mixed = np.array(nodes.status) == "mixed"
-    assert mixed.any()
-    assert (nodes.p_min[mixed] == 0.0).all()
-    assert (nodes.p_max[mixed] > 0.0)[1:].all()
-    state = shakedown.long_term_state(JUMP, 1.0, JUMP.initial_slip[0])
-    nodes = node_results(state)
-    apart = [nodes.status.index("open")]
-    assert apart == list(state.open_nodes)
-    for word in ("p_max", "q_max", "slip_range", "accumulated_slip", "work"):
-        assert getattr(nodes, word)[apart] == pytest.approx([0.0], abs=1e-12), word
-
-
 @pytest.mark.parametrize(("name", "load_factor"), [("two-node", 0.8), ("four-node-3d", 1.2)])
 def test_without_a_long_term_state_there_are_no_numbers(name, load_factor):
     problem = shakedown.example(name)
@@ -193,50 +168,6 @@ def test_without_a_long_term_state_there_are_no_numbers(name, load_factor):
     for word in (*FIELDS, "tau_delta", "wear_depth"):
         assert np.isnan(getattr(nodes, word)).all(), word
     assert nodes.to_dict()["slip_range"] == [None] * problem.n
-
-
-def test_fixed_load_steps_show_the_same_where_events_fall_on_them():
-    q = [[0.0], [2.0], [0.0], [-2.0]]
-    problem = Problem(A=[[2.0]], B=[[0.0]], f=0.5, q_w=q, p_w=np.ones((4, 1)), node_area=[4.0])
-    runs = [shakedown.simulate(problem, 1.0, method=method) for method in ("event", "gauss-seidel")]
-    exact, stepped = (node_results(run, wear_coefficient=WEAR) for run in runs)
-    for word in ("slip_range", "accumulated_slip", "p_min", "p_max", "q_max", "work", "wear_depth"):
-        assert getattr(stepped, word) == pytest.approx(getattr(exact, word), rel=1e-9), word
-    assert exact.slip_range == pytest.approx([1.5])
-    assert exact.work == pytest.approx([2 * 1.5 * 0.5])
-    assert exact.tau_delta == pytest.approx([0.5 / 4.0 * 1.5])
-    assert exact.wear_depth == pytest.approx([WEAR * 1.0 * 3.0 / 4.0])
-    assert exact.work_per_area == pytest.approx([1.5 / 4.0])
-
-
-def test_wear_does_not_need_friction():
-    problem = Problem(A=[[2.0]], B=[[0.0]], f=0.0, q_w=[[1.0], [-1.0]], p_w=[[3.0], [3.0]], node_area=[1.0])
-    nodes = node_results(shakedown.long_term_state(problem, 1.0), wear_coefficient=WEAR)
-    assert nodes.work == pytest.approx([0.0])
-    assert nodes.wear_depth == pytest.approx([WEAR * 3.0 * 2.0])
-
-
-@pytest.mark.parametrize(("force", "length"), [(2.0**30, 2.0**-20)])
-@pytest.mark.parametrize("name", ["block-9", "press-fit", "walks", "jumps"])
-def test_units_do_not_matter(name, force, length):
-    problem, load_factor, start = CASES[name]()
-    one = node_results(shakedown.long_term_state(problem, load_factor, start), wear_coefficient=WEAR)
-    moved = None if start is None else length * np.asarray(start)
-    state = shakedown.long_term_state(in_units(problem, force, length), load_factor, moved)
-    other = node_results(state, wear_coefficient=WEAR * length**2 / force)
-    units = [length, length, force, force, force, force * length, length**3]
-    for word, unit in zip(FIELDS, units, strict=True):
-        assert np.array_equal(getattr(one, word) * unit, getattr(other, word)), word
-    assert one.status == other.status
-
-
-def test_a_run_of_a_verification_and_a_simulation_are_taken():
-    problem = shakedown.example("one-node")
-    verification = shakedown.verify(problem, random_states=0)
-    run = verification.as_given
-    assert node_results(run) == node_results(run.simulation) == node_results(run.simulation.settled)
-    with pytest.raises(shakedown.UsageError, match="found Problem"):
-        node_results(problem)
 
 
 def test_labels_places_and_areas_are_those_of_the_joint():
@@ -253,10 +184,3 @@ def test_labels_places_and_areas_are_those_of_the_joint():
     assert nodes.label == tuple(map(str, range(9)))
     assert np.array_equal(nodes.x, bare.x)
     assert np.isnan(nodes.tau_delta).all()
-
-
-@pytest.mark.parametrize("coefficient", [-1.0, np.nan, "much", 1e308])
-def test_a_wear_coefficient_that_is_none_is_refused(coefficient):
-    state = shakedown.long_term_state(shakedown.example("two-node"), 0.9)
-    with pytest.raises(shakedown.UsageError, match="wear coefficient"):
-        node_results(state, wear_coefficient=coefficient)

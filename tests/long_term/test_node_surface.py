@@ -1,12 +1,10 @@
 """Faces of a contact in files for ParaView: the cells, the directions in space, the names of the nodes."""
 
 from dataclasses import replace
-from xml.etree import ElementTree
 
 import meshlane
 import numpy as np
 import pytest
-from vtk_arrays import arrays
 
 import shakedown
 
@@ -41,19 +39,6 @@ def test_the_faces_are_cells_and_the_other_nodes_vertices(flange, state, tmp_pat
     assert sorted([*cells["vertex"].ravel(), *{*flange.faces.ravel()} - {-1}]) == list(range(flange.n))
     labels = [f"{a}/{b}" for a, b in zip(mesh.point_data["node_1"], mesh.point_data["node_2"], strict=True)]
     assert labels == list(flange.label)
-
-
-def test_poly_data_have_the_same_cells_in_the_order_of_the_format(flange, state, tmp_path):
-    for ending in ("vtu", "vtp"):
-        shakedown.node_results(state).save(tmp_path / f"n.{ending}")
-    piece = ElementTree.parse(tmp_path / "n.vtp").getroot().find("PolyData/Piece")
-    assert [child.tag for child in piece] == ["Points", "Verts", "Polys", "PointData"]
-    grid = arrays(ElementTree.parse(tmp_path / "n.vtu").getroot())
-    verts, polys = (arrays(piece.find(kind)) for kind in ("Verts", "Polys"))
-    assert (piece.get("NumberOfVerts"), piece.get("NumberOfPolys")) == (str(len(verts["offsets"])), "5")
-    assert verts["connectivity"] + polys["connectivity"] == grid["connectivity"]
-    assert polys["offsets"] == (3, 7, 11, 15, 19)
-    assert grid["types"] == (1,) * len(verts["offsets"]) + (5, 9, 9, 9, 9)
 
 
 def test_slip_vectors_lie_in_the_surface_and_are_as_long_as_the_range(flange, state):

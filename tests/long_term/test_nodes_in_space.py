@@ -1,7 +1,6 @@
 """What nodes with two tangential directions go through."""
 
 import csv
-import tracemalloc
 
 import numpy as np
 import pytest
@@ -95,17 +94,3 @@ def test_diameters_are_those_of_all_pairs(kind):
             near = apart[np.abs(time[:, None] - time) < window].max()
             found = farthest_apart(places, np.searchsorted(time, time + window))
             assert np.hypot(*found) == pytest.approx(near, rel=1e-12, abs=1e-15 * apart.max())
-
-
-def test_memory_grows_with_the_path():
-    """A path of 4 × 1,440 places: all their distances from each other would be 265 MB."""
-    joint = circling()
-    twice = np.repeat(joint.q_w, 2, axis=0)
-    twice[1::2] = 0.5 * (twice[1::2] + np.roll(joint.q_w, -1, axis=0))
-    finer = Problem(A=joint.A, B=joint.B, f=joint.f, q_w=twice, p_w=np.ones((1440, 1)))
-    state = shakedown.long_term_state(finer, 1.0)
-    tracemalloc.start()
-    shakedown.node_results(state)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert peak < 30e6

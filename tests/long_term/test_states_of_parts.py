@@ -6,10 +6,8 @@ from joints import FAMILY, member, walking
 from joints_in_space import embedded
 
 import shakedown
-from benchmarks.drawn_joints import drawn_joint_in_space
 from benchmarks.uncoupled_parts import in_units, joined, pair
 from shakedown import Outcome, Problem
-from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.long_term.find_state import long_term_states
 from shakedown.long_term.node_results import node_results
 from shakedown.motion.evolution import Evolution
@@ -31,7 +29,7 @@ def cycling():
 
 
 @pytest.mark.parametrize("in_space", [False, True])
-@pytest.mark.parametrize("decades", [0, 4, 7, 10])
+@pytest.mark.parametrize("decades", [0, 10])
 def test_a_slow_drift_beside_a_large_slip_is_ratchetting(in_space, decades):
     still, slow = cycling(), in_units(with_mean(walking()), 10.0**-decades, 1.0)
     parts = [with_mean(embedded(each)) if in_space else each for each in (still, slow)]
@@ -45,7 +43,7 @@ def test_a_slow_drift_beside_a_large_slip_is_ratchetting(in_space, decades):
     assert long_term_states(joined(parts), 1.0, np.zeros((1, 3 * d))).outcome.tolist() == ["ratchetting"]
 
 
-@pytest.mark.parametrize("decades", [-3, 0, 3])
+@pytest.mark.parametrize("decades", [-3, 0])
 @pytest.mark.parametrize("kind", ["plane", "space"])
 def test_the_outcome_is_the_worst_of_the_parts(kind, decades):
     for number in range(6 if kind == "plane" else 3):
@@ -97,24 +95,6 @@ def test_periods_of_parts_are_brought_in_step(ahead):
     assert many.signature[0] == state.signature
 
 
-@pytest.mark.parametrize("kind", ["plane", "space"])
-def test_many_states_are_single_ones(kind):
-    problem, rng = joined(pair(kind, 3, 2)), np.random.default_rng(0)
-    starts = 0.3 * rng.normal(size=(4, problem.layout.slip_size))
-    starts[:, -2:] *= 100.0
-    many = long_term_states(problem, 0.8, starts, max_cycles=60)
-    for k, start in enumerate(starts):
-        one = shakedown.long_term_state(problem, 0.8, start, max_cycles=60)
-        assert (many.outcome[k], many.period[k], many.signature[k]) == (
-            one.outcome,
-            one.period,
-            one.signature,
-        )
-        assert many.final_slip[k] == pytest.approx(one.final_slip, nan_ok=True)
-        assert many.slip_per_cycle[k] == pytest.approx(one.slip_per_cycle, nan_ok=True)
-        assert many.dissipation[k] == pytest.approx(one.dissipation_per_cycle, nan_ok=True)
-
-
 def test_rest_is_proved_part_by_part():
     """Without a ball for both at once, as that of one part would have to be as large as that of the other."""
     joint = with_mean(shakedown.example("two-node"))
@@ -133,16 +113,3 @@ def test_an_undecided_part_leaves_the_joint_undecided_and_is_named():
     assert "cyclic-slip" in state.reason
     assert np.isnan(state.slip_per_cycle).all()
     assert state.stop is not None
-
-
-def test_the_error_of_what_drifts_on_does_not_count_how_far_it_has_drifted():
-    """Where leaps have left a joint on its way tells nothing of its cycle; 300 plain cycles tell that."""
-    for seed, number, load_factor in ((58, 1, 0.77029), (24, 8, 0.294082), (2, 8, 3.164281)):
-        problem = drawn_joint_in_space(seed, number)
-        state = shakedown.long_term_state(problem, load_factor)
-        assert state.outcome == Outcome.RATCHETTING
-        motion = Evolution(problem, load_factor)
-        motion.advance(300)
-        off = motion.state.u[problem.layout.slips] - state.final_slip
-        rigid = np.linalg.qr(rigid_slips(problem).motions)[0]
-        assert np.abs(off - rigid @ (rigid.T @ off)).max() <= state.error <= 1e-5 * state.slip_per_cycle.max()

@@ -8,14 +8,10 @@ from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.space.followed_cycles import SearchRules
-from shakedown.long_term.space.recurrence_leaps import recurrence_of
 from shakedown.long_term.space.steady_search import SteadySearch
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import CycleRecord, State
-from tests.joints import FAMILY, member
-
-GOAL = 1e-8
 
 
 def settled(
@@ -85,52 +81,3 @@ def test_states_that_come_together_have_no_longer_period(rate):
     motion.state = State(np.array([1e-5, 0.0, 0.0, 0.0]), motion.state.contact)
     found = SteadySearch(motion, Passage.of(motion), SearchRules(20000, 8, 1e-10, np.ones(2))).settle()
     assert (found.outcome, found.period) == (Outcome.CYCLIC_SLIP, 1)
-
-
-class Parting:
-    """A motion of two nodes: one comes to rest, the slip of the other grows from next to nothing to 1e-3."""
-
-    may_jump, stop, load_factor, tolerances = True, None, 1.0, Tolerances()
-    problem, scale = Turning(1, 0.0, 0.0).problem, Turning(1, 0.0, 0.0).scale
-
-    def __init__(self, slip: float) -> None:
-        self.state = State(np.array([5.0 * slip, 0.1 * slip, 0.0, 0.0]), np.zeros(2, dtype=np.int64))
-
-    def cycle(self) -> CycleRecord:
-        to_rest, away = self.state.u[:2]
-        left, slip = 0.8 * to_rest, np.array([0.2 * to_rest, away])
-        self.state = State(np.array([left, min(1.007 * away, 1e-3), 0.0, 0.0]), self.state.contact)
-        none = np.zeros(2, dtype=bool)
-        return CycleRecord(self.state.u[:2], slip, slip, 1.0, 0.0, none, ~none, 1, 1, ())
-
-
-def test_a_node_that_comes_to_rest_does_not_hide_one_whose_slip_grows():
-    motion, rules = Parting(1e-7), SearchRules(20000, 8, 1e-7, np.ones(2))
-    assert SteadySearch(motion, Passage.of(motion), rules).settle().outcome == Outcome.CYCLIC_SLIP
-
-
-def test_no_leap_leads_from_one_cycle_to_another():
-    """States that turn back along two sequences of contact states, next to a cycle of period one."""
-    *data, load_factor, start = FAMILY[0]
-    problem, load_factor = member(*data), 1.035 * load_factor
-    found = settled(problem, load_factor, start)
-    exact = shakedown.long_term_state(problem, load_factor, start)
-    assert (found.outcome, found.period, exact.period) == (Outcome.CYCLIC_SLIP, 2, 2)
-    one, other = found.motion(), exact.motion()
-    ends = [np.array([walk.cycle().end_slip for _ in range(2)]) for walk in (one, other)]
-    assert min(np.abs(ends[0] - ends[1]).max(), np.abs(ends[0] - ends[1][::-1]).max()) <= 1e-7
-
-
-def test_an_affine_map_is_at_its_limit_at_once():
-    rng = np.random.default_rng(1)
-    J = 0.9 * np.linalg.qr(rng.normal(size=(5, 5)))[0]
-    J[0], c = np.eye(5)[0], np.append(0.0, rng.normal(size=4))  # the first entry is left alone
-    states = [rng.normal(size=5)]
-    for _ in range(6):
-        states.append(J @ states[-1] + c)
-    recurrence = recurrence_of(np.array(states), np.eye(5))
-    state = states[-1]
-    for _ in range(4):
-        state = J @ state + c
-    np.testing.assert_allclose(recurrence.ahead(4)[0], state, rtol=1e-9)
-    np.testing.assert_allclose(recurrence.ahead(4)[1], J @ state + c - state, rtol=1e-8)
