@@ -53,7 +53,7 @@ def test_the_load_as_given_is_followed_only_when_asked_for(monkeypatch):
         _ = cycling.as_given
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_what_is_proved_and_what_is_impossible_is_so(seed):
     rng = np.random.default_rng(seed)
     problem = any_joint(rng)
@@ -75,7 +75,7 @@ def test_what_is_proved_and_what_is_impossible_is_so(seed):
     assert found.said_as_given != Said.SHAKEDOWN or found.as_given == shakedown.Outcome.SHAKEDOWN
 
 
-@pytest.mark.parametrize("exponent", [3, 7, 9, 12, 16, 30])
+@pytest.mark.parametrize("exponent", [3, 9, 30])
 @pytest.mark.parametrize("number", range(4))
 def test_no_claim_refutes_another_however_small_friction_is(number, exponent):
     """What is proved at any friction is not above what is proved to be impossible there, by not one bit."""
@@ -147,20 +147,3 @@ def test_one_joint_has_one_transient_limit():
     assert swept.transient[0] == pytest.approx(verified.load_factor, rel=1e-14)
     assert verified.low <= finer.low * (1 + 1e-14)
     assert finer.high <= verified.high * (1 + 1e-14)
-
-
-def test_an_assessment_shows_its_numbers_and_equals_itself():
-    found = shakedown.assess(TWO)
-    assert "proved_from_every_state=0.657373" in repr(found)
-    assert found == shakedown.assess(TWO)
-    assert found != shakedown.assess(THREE)
-
-
-def test_the_details_show_the_limits_that_have_been_read():
-    details = shakedown.assess(shakedown.example("two-node")).details
-    assert "upper=not read yet" in repr(details)
-    found = details.upper
-    assert f"upper=Bound(load_factor={found.load_factor:.10g}" in repr(details)
-    assert "distance" not in repr(details)
-    details = shakedown.assess(shakedown.example("two-node-3d")).details
-    assert f"lower={details.absent['lower'].reason[:30]}" in repr(details)

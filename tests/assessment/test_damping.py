@@ -115,21 +115,6 @@ def test_a_force_that_never_rests_is_measured_from_zero():
     assert damping(joint, [0.1, 0.4]).force == pytest.approx([2.0, 8.0])
 
 
-def test_where_another_load_varies_the_lengths_are_the_same():
-    two = {
-        "load_names": ["push", "press"],
-        "load_mean": [0.0, 0.0],
-        "load_units": ["N", "N"],
-        "units": "N, mm",
-    }
-    joint = jenkins(
-        q_w=[[-3.0], [3.0]], p_w=[[2.1], [1.9]], load_reactions=[[-3.0, 0.0], [0.0, 0.1]], load_history=[[1.0, 1.0], [-1.0, -1.0]],
-        load_compliance=[[9 * S, 0.0], [0.0, S]], load_amplitude=[3.0, 0.1], **two,
-    )  # fmt: skip
-    curve = damping(joint, [0.1, 0.2], load="push")
-    np.testing.assert_allclose(curve.displacement, S * np.array([0.3, 0.6]), rtol=1e-12)
-
-
 @pytest.mark.parametrize(
     ("unit", "displacement", "stiffness"),
     [("N m", "N mm/(N m)", "N m/(N mm/(N m))"), ("mm", "N", "mm/N"), ("", "N mm per unit of load", "")],
@@ -138,13 +123,6 @@ def test_what_is_no_force_moves_by_work_per_unit(unit, displacement, stiffness):
     curve = damping(stated(1.0, unit, 3.0), [1.0])
     assert (curve.units["displacement"], curve.units["secant_stiffness"]) == (displacement, stiffness)
     assert curve.displacement == pytest.approx(S * 3.0 + (3.0 - LIMIT) / K)
-
-
-def test_a_mode_keeps_its_coordinate():
-    """Frequencies are of the mode with mass one, whatever its load is said to be."""
-    plain, said = (damping(stated(2.0, unit, 3.0, load_frequency=[5.0]), [1.0]) for unit in ("", "kN"))
-    assert said.frequency == plain.frequency
-    assert said.units["displacement"] == "N mm per unit of load"
 
 
 def test_a_row_of_elements_is_iwans():
@@ -158,30 +136,6 @@ def test_a_row_of_elements_is_iwans():
     expected = (4 * limits * np.maximum(X[:, None] - limits / k, 0)).sum(axis=1)
     np.testing.assert_allclose(curve.dissipation, expected, rtol=1e-10)
     np.testing.assert_allclose(curve.slipping_share, (k * X[:, None] > limits).mean(axis=1))
-
-
-def test_units_do_not_matter_nor_does_the_unit_of_the_load():
-    F = [0.3, 1.2, 3.0]
-    other = jenkins(
-        A=[[K * 8 / 32]], q_w=[[-8.0], [8.0]], p_w=[[16.0], [16.0]], load_reactions=[[-2.0, 0.0]],
-        load_history=[[4.0], [-4.0]], load_compliance=[[S * 32 / 8 * 4]],
-    )  # fmt: skip
-    one, two = damping(jenkins(), F), damping(other, F)
-    np.testing.assert_allclose(two.dissipation, one.dissipation * 8 * 32, rtol=1e-14)
-    np.testing.assert_array_equal(two.loss_factor.round(12), one.loss_factor.round(12))
-
-
-def test_another_load_varies_however_little_beside_a_preload():
-    history = np.array([[1.0, 1e-7], [-1.0, -1e-7]])
-    unit = np.array([[-1.0, 0.0], [0.0, 1.0]])
-    varying = {
-        "load_reactions": unit,
-        "load_history": history,
-        "load_compliance": np.eye(2),
-        "load_names": None,
-    }
-    joint = jenkins(q_w=-history[:, :1], p_w=history[:, 1:] + 2.0, **varying)
-    assert np.isnan(damping(joint, [1.0]).proved_limit)
 
 
 def test_another_load_that_varies_stays_as_it_is():
@@ -247,24 +201,6 @@ def test_the_start_decides_where_slip_and_pressure_are_coupled():
     assert curve.from_zero.dissipation[2] < 0.99 * curve.dissipation[2]
 
 
-def test_nodes_that_were_open_and_would_overlap_begin_closed():
-    """Ends of the block lift off at the crests; under the next first load they are closed again."""
-    wave = np.array([0.0, 1.0, 0.0, -1.0])
-    press, push = Pressure("top", 1.0, history=1.0), Force(boundary="top", value=(1.0, 0.0), history=wave)
-    body = ElasticBody(block_mesh(4.0, 1.0, 24, 8), Material(100.0, 0.3), loads=[press, push])
-    curve = damping(contact_problem(body, "bottom", 0.4), [1.35, 1.42, 1.5, 1.58], load="force")
-    assert set(curve.outcome) == {Outcome.CYCLIC_SLIP}
-    assert (np.diff(curve.dissipation) > 0).all()
-    assert (np.diff(curve.secant_stiffness) < 0).all()
-
-
-def test_a_transient_comes_before_the_first_amplitude_only():
-    """Driven up, the joint has been through its assembly; from the first state each amplitude goes through it."""
-    joint = jenkins(q_transient=[[3.0]], p_transient=[[2.0]])
-    curve = damping(joint, [0.2, 0.6], from_zero=True)
-    assert curve.outcome == curve.from_zero.outcome == (Outcome.SHAKEDOWN,) * 2
-
-
 def test_without_compliance_the_dissipation_is_known():
     curve = damping(jenkins(load_compliance=None), [2.0])
     assert curve.dissipation.tolist() == [2.0]
@@ -285,13 +221,6 @@ WRONG = {
 def test_wrong_arguments_are_named(change, line):
     with pytest.raises(UsageError, match=line):
         damping(jenkins(), **({"amplitudes": [1.0]} | change))
-
-
-def test_a_picture_shows_the_proved_limit_rounded_down():
-    curve = damping(jenkins(p_w=[[2.0013579], [2.0013579]]), [0.5, 2.0])
-    labels = [text.get_text() for text in damping_curve(curve).get_legend().get_texts()]
-    (shown,) = [label.split(":")[0] for label in labels if label.startswith("λ_E")]
-    assert shown == "λ_E = 1.00067"  # of 1.000679
 
 
 def test_a_load_that_does_not_vary_has_no_stiffness():
@@ -347,20 +276,3 @@ def test_built_in_joints_of_meshes_know_their_loads(name):
     assert load_loops(joint, state).areas.sum() == pytest.approx(state.dissipation_per_cycle, rel=1e-7)
     S = joint.load_compliance
     np.testing.assert_allclose(S, S.T, atol=1e-12 * np.abs(S).max())
-
-
-@pytest.mark.parametrize("name", ["block-9", "block-33"])
-def test_a_block_with_its_top_moved_is_held_by_what_its_contact_bears(name):
-    """A displacement that is prescribed is conjugate to minus the force that holds it: equilibrium of the block."""
-    joint = shakedown.example(name)
-    sideways, down = joint.load_reactions.reshape(2, 2, joint.n).sum(axis=2)
-    np.testing.assert_allclose(joint.load_compliance, [sideways, down], rtol=1e-12, atol=1e-9)
-
-
-@pytest.mark.parametrize("name", ["blade-root", "cantilevered-block"])
-def test_built_in_joints_that_rest_have_the_stiffness_of_their_loads(name):
-    curve = damping(
-        shakedown.example(name), [0.5, 1.0], load=-1 + len(shakedown.example(name).load_reactions)
-    )
-    assert curve.dissipation.tolist() == [0.0, 0.0]
-    assert curve.secant_stiffness[0] == pytest.approx(curve.secant_stiffness[1])

@@ -14,11 +14,8 @@ OPTIONAL = [  # module and name of every step of evidence on which no answer of 
     "bounds.largest_load_factor.certified_upper",
     "bounds.collapse.lower.certified_lower",
     "bounds.energy.energy_bound._certificate",
-    "bounds.energy.energy_bound.ExactBall.holds",
     "bounds.uniqueness.friction_thresholds.wedging_threshold",
     "assessment.transient_limit.transient_limit",
-    "assessment.every_limit.energy_ball",
-    "assessment.plan.energy_ball",
     "long_term.state.energy_ball",
 ]
 ANSWERS = [("lower", "load_factor"), ("upper", "load_factor"), ("energy", "load_factor"), ("lower", "slip"),

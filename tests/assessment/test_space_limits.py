@@ -12,7 +12,6 @@ from shakedown.assessment.three_numbers import admitted_up_to
 from shakedown.assessment.transient_limit import BELOW
 from shakedown.ground.errors import Missing
 from shakedown.joint.constraints import loading
-from shakedown.programs.cone_rays import leaves_cone
 
 JOINT = shakedown.example("two-node-3d")
 
@@ -34,7 +33,7 @@ def test_what_the_plane_alone_has_is_missing_with_the_reason():
     assert str(refused.value) == limits.lower.reason
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(5))
 def test_the_first_load_step_admits_a_slip_up_to_where_it_is_on_its_cone(seed):
     rng, n = np.random.default_rng(seed), 3
     root = rng.normal(size=(3 * n, 3 * n))
@@ -58,24 +57,6 @@ def test_the_first_load_step_admits_a_slip_up_to_where_it_is_on_its_cone(seed):
         assert outside(0.999 * limit) < 0 < outside(1.001 * limit)
     else:
         assert outside(1e6) <= 1e-6
-
-
-@pytest.mark.parametrize(
-    ("start", "along", "leaves"),
-    [
-        ([1.0, 0.6, 0.8], [0.0, 1.0, 0.0], 0.0),  # on the cone, outwards
-        ([1.0, 0.6, 0.8], [0.0, -1.0, 0.0], 1.2),  # along a chord
-        ([1.0, 0.6, 0.8], [1.0, 0.6, 0.8], np.inf),  # along a generator
-        ([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], 1.0),  # to the apex
-        ([1.0, 0.0, 0.0], [-2.0, 1.0, 0.0], 1.0 / 3.0),
-        ([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], np.inf),
-        ([0.0, 0.0, 0.0], [1.0, 2.0, 0.0], 0.0),
-        ([1.0, 0.0, 0.0], [0.0, 0.0, 0.0], np.inf),
-        ([1.0, 0.0, 0.0], [1e-200, 1e-180, 0.0], 1e180),
-    ],
-)
-def test_where_a_ray_leaves_the_cone(start, along, leaves):
-    assert leaves_cone(np.array(start), np.array(along)) == pytest.approx(leaves, rel=1e-12)
 
 
 REFERENCE = {  # λ_max; least λ_E from slip zero with a share of half A_ii⁻¹ B_ii; λ_U by discs alone

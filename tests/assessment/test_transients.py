@@ -7,7 +7,7 @@ import pytest
 
 import shakedown
 from shakedown.ground.shown_values import down
-from shakedown.joint.constraints import constraints, through_transient
+from shakedown.joint.constraints import through_transient
 from shakedown.long_term.passage import arrives_closed
 from shakedown.motion.evolution import evolve
 from shakedown.report.limit_facts import limit_sections
@@ -62,7 +62,7 @@ def test_a_gentle_transient_leaves_a_safe_slip_where_it_is():
     assert not any(run.after_transient for run in report.runs)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_a_slip_that_is_safe_through_the_transient_stays_where_it_is(seed):
     rng = np.random.default_rng(seed)
     problem = replace(joint_of_kind(rng, "loose"), f=0.4)
@@ -83,17 +83,6 @@ def test_a_slip_that_is_safe_through_the_transient_stays_where_it_is(seed):
     assert above.status == "infeasible"
 
 
-def test_the_rows_of_the_transient_are_those_of_the_friction_law():
-    rows = through_transient(DESTROYED)
-    assert len(rows.g) == 2 * len(constraints(DESTROYED).g)
-    v = np.array([0.3, -0.2])
-    q, p = DESTROYED.q_transient[0] + TWO.A @ v, DESTROYED.p_transient[0] + TWO.B @ v
-    law = np.stack([q - TWO.f * p, -q - TWO.f * p], axis=1).ravel()
-    for load_factor in (0.0, 2.0):  # the load factor does not scale them
-        assert rows.excess(v, load_factor)[4:] == pytest.approx(law)
-    assert (rows.step[4:] == -1).all()
-
-
 def test_open_nodes_are_those_of_a_state_after_the_transient():
     with pytest.raises(shakedown.UsageError, match="transient: expected all nodes closed, found 1 open"):
         shakedown.upper_bound(DESTROYED, open_nodes=[1], transient=True)
@@ -111,16 +100,3 @@ def test_a_limit_that_asks_for_closed_nodes_contradicts_no_history_with_a_transi
     """A sweep compares λ_T with λ_U: not where the transient may have opened nodes."""
     found = shakedown.sweep(LIFTED, {"f": [0.35]}, bounds=("universal", "transient"))
     assert found.points[0].contradictions == ()
-
-
-@pytest.mark.parametrize(("name", "fewer"), [("two-node", True), ("press-fit", False), ("block-9", False)])
-def test_what_large_joints_look_at_first_changes_no_limit(name, fewer, monkeypatch):
-    problem = shakedown.example(name)
-    limits = shakedown.assess(problem).details
-    limits.note_what_is_known()
-    usual = shakedown.transient_limit(problem, accuracy=1e-6)
-    monkeypatch.setattr("shakedown.assessment.transient_limit.takes_long", lambda _: True)
-    sooner = shakedown.transient_limit(problem, accuracy=1e-6)
-    for word in ("low", "high", "proved", "cycling"):
-        assert getattr(sooner, word) == getattr(usual, word)
-    assert (len(sooner.scanned) < len(usual.scanned)) == fewer

@@ -13,15 +13,12 @@ from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.plan import (
     ABOVE,
     UNSAFE,
-    case_as_given,
     default_load_factors,
-    plan_steps,
     region_of,
 )
 from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.report.limit_facts import limits_table, solve_sheet
 
 TWO = shakedown.example("two-node")
 SAFE_LATER = safe_later()
@@ -49,17 +46,6 @@ def test_an_unsafe_mean_load_is_planned_from_the_least_safe_load_factor(problem:
     assert report.agrees, report.disagreements
     judged = {run.region for run in report.runs if run.agrees}
     assert {UNSAFE, "between"} <= judged
-
-
-def test_the_texts_on_an_unsafe_mean_load_are_true() -> None:
-    for joint, least, largest in ((SAFE_LATER, "0.4167", None), (SAFE_BETWEEN, None, "1.5")):
-        rows = {row[0]: row[2] for row in limits_table(shakedown.assess(joint).details, simulated=False).rows}
-        assert rows["λ_lo"] == (least or rows["λ_lo"])
-        assert rows["λ_max"] == (largest or rows["λ_max"])
-    nowhere = replace(shakedown.example("two-node"), p_w=shakedown.example("two-node").p_w - 9000.0)
-    sheet = solve_sheet(shakedown.assess(nowhere, open_nodes=()))
-    assert sheet.claims.rows[2][1] == "0"
-    assert [each.shown for each in sheet.facts if each.label == "no safe slip"]
 
 
 def second(status: Status, load_factor: float) -> ConicBound:
@@ -138,52 +124,9 @@ def test_a_bound_of_total_slip_beyond_the_ball_is_simulated_just_below(joint: Pr
     assert report.agrees, report.disagreements
 
 
-def test_total_slip_predicts_from_its_own_state_and_below_its_own_load_factor_alone() -> None:
-    report = shakedown.verify(TWO, random_states=1, load_factors=[0.7, 0.735], budget=0)
-    predicted = {(r.load_factor, r.initial): r.predicted for r in report.runs}
-    assert (
-        report.limits.energy.load_factor
-        < 0.7
-        < report.limits.accumulated.load_factor
-        < 0.735
-        < report.limits.upper.load_factor
-    )
-    assert predicted[0.7, "zero"] == "shakedown"
-    assert predicted[0.735, "zero"] == predicted[0.7, "witness"] == predicted[0.7, "random 0"] == "either"
-    assert {run.load_factor for run in report.runs} == {0.7, 0.735, 1.0}  # no more than asked for
-
-
-def test_where_no_box_is_proved_total_slip_takes_its_place() -> None:
-    domain = replace(TWO, load_path="domain")
-    for joint in (domain, shakedown.example("three-node")):
-        report = shakedown.verify(joint, random_states=0, budget=0)
-        here = report.limits.from_state
-        assert (here.symbol, here.load_factor) == ("λ_S", report.limits.accumulated.load_factor)
-        last = max(bounded_runs(report), key=lambda run: run.load_factor)
-        assert 0 < 1.0 - last.load_factor / here.load_factor < 1e-5
-        assert last.simulation.outcome == "shakedown"
-        told = report.to_dict()["followed"]
-        assert told == {"load_factor": report.transient.proved, "cycles": told["cycles"], "proved": True}
-        assert (1.0 - 1e-8) * here.load_factor < told["load_factor"] <= report.transient.load_factor
-    nothing = shakedown.verify(SAFE_LATER, random_states=0, budget=0)
-    assert not bounded_runs(nothing)
-    assert nothing.limits.from_state.symbol == "λ_E"
-
-
 @pytest.fixture(scope="module")
 def flange() -> JointLimits:
     return shakedown.assess(shakedown.example("bolted-flange")).details
-
-
-def test_states_are_no_larger_than_what_loads_leave_behind(flange: JointLimits) -> None:
-    """A floating flange of 52 mm: in its ball are states that slip 300 mm, in no simulation."""
-    cases = [case for step in plan_steps(flange, None, 2, 0) for case in step()]
-    nominal = case_as_given(flange)
-    assert (nominal.load_factor, nominal.initial, nominal.in_ball) == (1.0, "zero", True)
-    assert {"zero", "safe", "random 0", "random 1", "ball 0", "ball 1"} <= {case.initial for case in cases}
-    largest = {case.initial: np.abs(case.start).max() for case in cases}
-    assert max(largest.values()) < 5 * np.abs(flange.upper.slip).max() < 0.1
-    assert largest["random 0"] > 0
 
 
 def test_between_limits_that_agree_nothing_is_simulated(flange: JointLimits) -> None:

@@ -1,6 +1,5 @@
 """Verification of partly open joints: what is predicted, and that no prediction is believed unsupported."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +11,6 @@ from shakedown import verify
 from shakedown.assessment import plan
 from shakedown.assessment.plan import OUTSIDE
 from shakedown.bounds import upper as upper_module
-from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.report.limit_facts import decided_by
 from tests.partly_open import SOME, partly_open, zone_bound
@@ -91,26 +89,6 @@ def test_a_claim_that_does_not_hold_is_a_disagreement(monkeypatch):
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_the_command_and_the_report_name_the_zone(tmp_path):
-    words = ("verify", "receding-block", "--random", "0", "--load-factor", "0.1")
-    code, out, _ = run(*words, "--details", "-o", "r.html", cwd=tmp_path)
-    text = " ".join(out.split())
-    assert code == 0
-    assert "open nodes nodes 0–4, 28–32 assumed; all others closed safe slip up to 0.2281" in text
-    assert "safe (zone)" in text
-    for page in (text, (tmp_path / "r.html").read_text()):
-        assert "nodes 0–4, 28–32 open" in page
-        assert "upper bound" not in page
-        assert "cannot shake down" not in page
-    found = json.loads((tmp_path / "r.json").read_text())
-    assert found["upper"]["open_nodes"] == [0, 1, 2, 3, 4, 28, 29, 30, 31, 32]
-    assert {tuple(one["initially_open"]) for one in found["runs"]} == {
-        (),
-        tuple(found["upper"]["open_nodes"]),
-    }
-
-
-@pytest.mark.usefixtures("undrawn")
 def test_two_nodes_one_of_them_open(tmp_path):
     joint = shakedown.Problem(
         A=[[3.0, -1.0], [-1.0, 3.0]],
@@ -125,18 +103,3 @@ def test_two_nodes_one_of_them_open(tmp_path):
     assert code == 0, err
     assert "open nodes node 1 assumed; all others closed" in " ".join(out.split())
     assert np.isfinite(verify(joint).limits.upper.load_factor)
-
-
-@pytest.mark.parametrize("seed", SOME[::6])
-def test_both_methods_find_the_same_load_factor_of_a_zone(seed):
-    problem, upper = partly_open(seed), zone_bound(seed)
-    conic = conic_upper_bound(problem, open_nodes=upper.open_nodes)
-    assert conic.status == upper.status
-    assert conic.load_factor == pytest.approx(upper.load_factor, rel=1e-7, nan_ok=True)
-
-
-@pytest.mark.parametrize("name", ["press-fit", "cylinder-on-flat"])
-def test_the_classical_contacts_are_verified(name):
-    result = verify(shakedown.example(name), random_states=0)
-    assert result.agrees, result.disagreements
-    assert result.limits.upper.open_nodes == ((0, 1, 2, 10, 11, 12) if name == "cylinder-on-flat" else ())
