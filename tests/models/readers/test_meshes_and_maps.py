@@ -126,7 +126,7 @@ SQUARE = "*NODE\n1, 0., 0.\n2, 1., 0.\n3, 1., 1.\n4, 0., 1.\n*ELEMENT, TYPE=CPE4
     [
         SQUARE.replace("\n", "\r\n") + "*NSET, NSET=S\r\n1, 2\r\n",
         SQUARE.lower().replace(", ", ",\t") + "*nset,\n  nset=s\n\t1,\n2,\n",
-        "\ufeff" + SQUARE + '*NSET, NSET="s", GENERATE\n 1 , 2 , 1 ,\n',
+        "\ufeff" + SQUARE + '*NSET, NSET="s", GENERATE\n 1 , 2 ,\n',
         SQUARE + "*NSET, NSET=1\n3\n*NSET, NSET=S\n1\n*NSET, NSET=S\n2\n",  # a number is a label first
         "*NODE, INPUT=nodes.txt\n" + SQUARE.partition("0., 1.\n")[2] + "*NSET, NSET=S\n1, 2\n",
         SQUARE + "*ELEMENT, TYPE=T3D2, ELSET=BAR\n7, 1, 2\n*SURFACE, NAME=S\nE, S1\n",
