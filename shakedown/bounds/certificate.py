@@ -31,12 +31,11 @@ from shakedown.programs.simplex import Widest, widest
 
 
 def load_factor_program(rows: Constraints, towards: float, tolerances: Tolerances = DEFAULT) -> Program:
-    """Maximise (−1) or minimise (+1) λ ≥ 0 over the columns (v, λ), subject to every row."""
+    """Maximise (−1) or minimise (+1) λ ≥ 0 over the columns (v, λ), subject to every row in the plane."""
     return Program(
         np.column_stack([rows.coefficients, rows.d]),
         rows.g,
         cost=np.append(np.zeros(rows.n), towards),
-        cones=() if len(rows.heads) == len(rows.g) else tuple(rows.cones.tolist()),
         lower=np.append(np.full(rows.n, -INF), 0.0),
         tolerances=tolerances,
     )

@@ -3,14 +3,12 @@
 Less sharp than the simplex; it is here to be compared with.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import partial
 from math import inf, nan
 
 import numpy as np
 
-from shakedown.bounds.certificate import load_factor_program
 from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
 from shakedown.bounds.discs.scaled_solution import scaled_discs
 from shakedown.ground.constants import FloatArray
@@ -18,12 +16,10 @@ from shakedown.ground.errors import Missing, sought
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, node_numbers, require_plane
-from shakedown.joint.constraints import Constraints, Side, constraints
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.programs.conic import ACCURACY, REDUCED, by_clarabel, by_cvxpy, discs_by_clarabel
-from shakedown.programs.program import Program
+from shakedown.programs.conic import ACCURACY, REDUCED, solve_conic
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -79,7 +75,7 @@ def conic_upper_bound(
         Name of a linear-programming solver, called through cvxpy (the extra ``solvers``); by default
         Clarabel, called directly.
     tolerances
-        ``equilibration_sweeps`` is used.
+        Those of the zone.
 
     Examples
     --------
@@ -88,52 +84,12 @@ def conic_upper_bound(
     0.739146
     """
     zone = contact_zone(problem, open_nodes, tolerances=tolerances)
-    limits = zone.constraints
-    if problem.directions == 1:
-        bound = _over_rows(limits, solver, tolerances)
-        return replace(bound, slip=zone.slips(limits.slips(bound.slip)))
-
     rows = zone_rows(zone)
-
-    def end(towards: float) -> ConicBound:
-        if solver is None:
-            return _end(partial(_over_discs, rows, towards), rows.half_spaces.n, "CLARABEL")
-        found = extreme_load_factor(load_factor_program(limits, towards, tolerances), solver)
-        return replace(found, slip=limits.slips(found.slip))
-
-    bound = end(-1.0)
+    bound = _extreme(rows, -1.0, solver)
     if bound.status == Status.UNBOUNDED:  # as far as anything is safe
-        start = end(+1.0)
+        start = _extreme(rows, +1.0, solver)
         bound = bound if start.status == Status.OPTIMAL else start
     return replace(bound, slip=zone.slips(bound.slip))
-
-
-def _over_rows(rows: Constraints, solver: str | None, tolerances: Tolerances) -> ConicBound:
-    """λ_max in the plane; rows of gaps, most of which never matter, are added where they are violated.
-
-    All of them at once make Clarabel call the load factor of some zones unbounded.
-    """
-    taken, most = rows.side != Side.GAP, load_factor_program(rows, towards=-1.0, tolerances=tolerances)
-    while True:
-        bound = extreme_load_factor(replace(most, matrix=most.matrix[taken], right=rows.g[taken]), solver)
-        violated = ~taken
-        if bound.status == Status.OPTIMAL:
-            excess = rows.relative_excess(rows.slips(bound.slip), bound.load_factor)
-            violated &= excess > tolerances.agreement
-        if bound.status == Status.INFEASIBLE or not violated.any():
-            return bound
-        taken |= violated
-
-
-def _over_discs(rows: DiscRows, towards: float) -> ConicBound:
-    """An extreme λ of a joint in space by Clarabel; raises ``SolverError`` where it comes to none."""
-    scaled = scaled_discs(rows, towards)
-    status, x, reduced = discs_by_clarabel(scaled.program)
-    if status != Status.OPTIMAL:
-        return _nothing(status, rows.half_spaces.n, "CLARABEL")
-    unit = scaled.load_unit
-    slip = rows.half_spaces.slips(scaled.slips(x))
-    return ConicBound(status, float(x[-1]) * unit, -1, slip, "CLARABEL", reduced, unit)
 
 
 @checked
@@ -167,18 +123,18 @@ def conic_lower_bound(
     0.657373
     """
     require_plane("first collapse", problem, NO_SIDES)
-    rows = constraints(problem)
-    least = load_factor_program(rows, towards=+1.0, tolerances=tolerances)
-    start = extreme_load_factor(least, solver)
+    rows = zone_rows(contact_zone(problem, ()))
+    limits = rows.half_spaces
+    start = _extreme(rows, +1.0, solver)
     if start.status == Status.UNDECIDED:
         return start
-    if start.status != Status.OPTIMAL or _unsafe(rows, least, start, tolerances):
-        return _nothing(Status.INFEASIBLE, rows.n, start.solver)
-    most = least.with_signs(cost=-1.0)
-    found = [extreme_load_factor(most, solver)]  # λ_max: λ_1 is never larger
+    if start.status != Status.OPTIMAL or _unsafe(rows, start, tolerances):
+        return _nothing(Status.INFEASIBLE, limits.n, start.solver)
+    found = [_extreme(rows, -1.0, solver)]  # λ_max: λ_1 is never larger
     for node in range(problem.n) if nodes is None else node_numbers("nodes", nodes, problem.n):
-        own_reversed = least.with_signs(np.where(rows.limits_of(node), -1.0, 1.0))
-        end = extreme_load_factor(own_reversed, solver)
+        sign = np.where(limits.limits_of(node), -1.0, 1.0)
+        own = replace(limits, G=sign[:, None] * limits.G, d=sign * limits.d, g=sign * limits.g)
+        end = _extreme(replace(rows, half_spaces=own), +1.0, solver)
         found.append(replace(end, node=node) if end.status != Status.INFEASIBLE else found[0])
         if found[-1].load_factor <= tolerances.feasibility:
             break
@@ -186,41 +142,34 @@ def conic_lower_bound(
     best = min(decided, key=lambda end: end.load_factor, default=found[0])
     open_ends = len(decided) < len(found)
     if open_ends and not best.load_factor <= tolerances.feasibility:  # an unfinished program might end lower
-        return _nothing(Status.UNDECIDED, rows.n, start.solver)
+        return _nothing(Status.UNDECIDED, limits.n, start.solver)
     return best
 
 
-def _unsafe(rows: Constraints, program: Program, start: ConicBound, tolerances: Tolerances) -> bool:
+def _unsafe(rows: DiscRows, start: ConicBound, tolerances: Tolerances) -> bool:
     """Whether the smallest load factor with a safe slip is not zero, to the accuracy of the solver.
 
     Where all terms of a row vanish at a safe slip, what the solver leaves of them is all that there is
     to compare with: its own accuracy, in its own units, is allowed besides.
     """
-    terms = np.abs(rows.G) @ np.abs(start.slip) + np.abs(rows.g)
-    asked = REDUCED if start.reduced_accuracy else ACCURACY
-    left = asked * program.scales.size / program.scales.row
+    limits, scaled = rows.half_spaces, scaled_discs(rows, +1.0)
+    terms = np.abs(limits.G) @ np.abs(start.slip) + np.abs(limits.g)
+    left = (REDUCED if start.reduced_accuracy else ACCURACY) * scaled.unit / scaled.weights
     allowed = max(tolerances.agreement, tolerances.feasibility) * terms + left
-    return bool(np.any(rows.excess(start.slip, 0.0) > allowed))
+    return bool(np.any(limits.excess(start.slip, 0.0) > allowed))
 
 
-def extreme_load_factor(program: Program, solver: str | None = None) -> ConicBound:
-    """The solution of a program whose last unknown is the load factor, by interior points."""
-    name, size = solver or "CLARABEL", len(program.cost) - 1
-
-    def end() -> ConicBound:
-        found = by_clarabel(program) if solver is None else by_cvxpy(program, solver)
-        if not found.optimal:
-            return _nothing(found.status, size, name)
-        unit, reduced = float(program.scales.x[-1]), found.reduced_accuracy
-        return ConicBound(found.status, float(found.x[-1]), -1, found.x[:-1], name, reduced, unit)
-
-    return _end(end, size, name)
-
-
-def _end(attempt: Callable[[], ConicBound], size: int, solver: str) -> ConicBound:
-    """The result of a solver; undecided where it does not finish."""
-    found = sought(attempt)
-    return _nothing(Status.UNDECIDED, size, solver) if isinstance(found, Missing) else found
+def _extreme(rows: DiscRows, towards: float, solver: str | None) -> ConicBound:
+    """The largest (−1) or smallest (+1) load factor; undecided where the solver does not finish."""
+    scaled, size, name = scaled_discs(rows, towards), rows.half_spaces.n, solver or "CLARABEL"
+    found = sought(solve_conic, scaled.program, solver)
+    if isinstance(found, Missing):
+        return _nothing(Status.UNDECIDED, size, name)
+    status, x, reduced = found
+    if status != Status.OPTIMAL:
+        return _nothing(status, size, name)
+    slip, unit = rows.half_spaces.slips(scaled.slips(x)), scaled.load_unit
+    return ConicBound(status, float(x[-1]) * unit, -1, slip, name, reduced, unit)
 
 
 def _nothing(status: Status, n: int, solver: str) -> ConicBound:

@@ -21,7 +21,7 @@ from shakedown.bounds.bound_result import (
 )
 from shakedown.bounds.certificate import UPPER_CERTIFIED_UP_TO
 from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
-from shakedown.bounds.discs.scaled_solution import safest
+from shakedown.bounds.discs.scaled_solution import safest, scaled_discs, solve_scaled
 from shakedown.bounds.largest_load_factor import largest_load_factor, relieving
 from shakedown.ground.constants import CONE, LARGE, FloatArray
 from shakedown.ground.errors import Missing, sought
@@ -282,36 +282,48 @@ def _least_slip(zone: Zone, load_factor: float, known: FloatArray, tolerances: T
     """The safe slip that minimises the largest slip of a node (k,); ``known``, a safe one, if none is found.
 
     Where no more than its open nodes hold a body safe slips may be far away, and many: the program of λ_max
-    ends in any of them. This one minimises t, |v_i| ≤ t at every node, v in every row.
+    ends in any of them. This one minimises t, |v_i| ≤ t at every node, v within every limit.
     """
-    rows = zone.constraints
-    if rows.n > LARGEST:
+    rows, within, limits = zone_rows(zone), WITHIN * tolerances.feasibility, zone.constraints
+    H = rows.half_spaces
+    if H.n > LARGEST:
         return known
-    G, right, slips = rows.coefficients, rows.g - load_factor * rows.d, rows.n
-    terms = np.maximum(np.abs(right), np.abs(G) @ np.abs(known))
-    right[rows.heads] += WITHIN * tolerances.feasibility * np.maximum.reduceat(terms, rows.heads)
-    limited, v = np.column_stack([G, np.zeros(len(G))]), rows.slips(np.eye(slips)).T
-    own, cones = _slip_limits(rows, v)
-    program = Program(
-        np.vstack([limited, own]),
-        np.append(right, np.zeros(len(own))),
-        cost=np.append(np.zeros(slips), 1.0),
-        cones=cones,
-        tolerances=tolerances,
+    g, v = H.g - load_factor * H.d, H.slips(np.eye(H.n)).T
+    g += within * np.maximum(np.abs(g), np.abs(H.coefficients) @ np.abs(known))
+    held = replace(H, g=g, d=np.zeros_like(g))
+    if rows.in_plane:
+        found = sought(_least_in_plane, held, v, tolerances)
+    else:
+        c, moved = rows.c + load_factor * rows.e, (np.abs(rows.flat) @ np.abs(known)).reshape(-1, CONE)
+        c[:, 0] += within * np.maximum(np.abs(c), moved[rows.node]).max(axis=1)
+        size = float(np.abs(known).max(initial=0.0)) or 1.0
+        found = sought(_least_in_space, replace(rows, c=c, half_spaces=held), v, size)
+    if isinstance(found, Missing):
+        return known
+    slip = H.slips(found)
+    return slip if limits.relative_excess(slip, load_factor).max() <= tolerances.feasibility else known
+
+
+def _least_in_plane(limits: Constraints, v: FloatArray, tolerances: Tolerances) -> FloatArray:
+    """The slips x in some rows with the least of the largest slip |v| of a node, v = v(x)."""
+    matrix = np.block([[limits.coefficients, 0.0 * limits.g[:, None]], [v, -np.ones((len(v), 1))]])
+    matrix = np.vstack([matrix, np.column_stack([-v, -np.ones(len(v))])])
+    right, cost = np.append(limits.g, np.zeros(2 * len(v))), np.append(np.zeros(limits.n), 1.0)
+    return solve(Program(matrix, right, cost, tolerances=tolerances)).x[:-1]
+
+
+def _least_in_space(rows: DiscRows, v: FloatArray, size: float) -> FloatArray:
+    """The slips likewise in some discs, whose constant parts alone count, with t in units of a size."""
+    n = len(rows.stiffness)
+    own, t = np.zeros((n, CONE, rows.stiffness.shape[-1])), np.zeros((n, CONE))
+    own[:, 1:], t[:, 0] = v.reshape(n, CONE - 1, -1), size
+    both = replace(
+        rows,
+        stiffness=np.concatenate([rows.stiffness, own]),
+        node=np.append(rows.node, n + np.arange(n)),
+        step=np.append(rows.step, np.zeros(n, dtype=np.intp)),
+        c=np.vstack([rows.c, 0.0 * t]),
+        e=np.vstack([0.0 * rows.e, t]),
+        names=np.append(rows.names, rows.names),
     )
-    found = sought(solve, program)
-    if isinstance(found, Missing) or not found.optimal:
-        return known
-    slip = rows.slips(found.x[:-1])
-    return slip if rows.relative_excess(slip, load_factor).max() <= tolerances.feasibility else known
-
-
-def _slip_limits(rows: Constraints, v: FloatArray) -> tuple[FloatArray, tuple[int, ...]]:
-    """|v_i| ≤ t in (x, t), of slips v = v(x) of all nodes, and the sizes of the cones of all rows then."""
-    if len(rows.heads) == len(rows.g):
-        return np.column_stack([np.vstack([v, -v]), -np.ones(2 * len(v))]), ()
-    slips = len(v)
-    own = np.zeros((slips // 2, CONE, slips + 1))
-    own[:, 0, -1] = -1.0
-    own[:, 1:, :-1] = -v.reshape(-1, 2, slips)
-    return own.reshape(-1, slips + 1), (*rows.cones.tolist(), *[CONE] * (slips // 2))
+    return solve_scaled(scaled_discs(both, +1.0), proves=False).x

@@ -47,7 +47,6 @@ TIMES_A_FILE = 100  # largest size of an array by its file; compressed stiffness
 READ_AT_ONCE = 1 << 26  # bytes of a table that are read
 CONE = 3  # numbers of a small second-order cone: its radius, f p, then a vector in the plane, q_x and q_y
 DIRECTIONS = 64  # of a circle, or places of a wave, where something is evaluated all around
-DENSE_FROM = 60  # rows or columns: above this, a whole matrix at once is quicker than one after the other
 MANY_ROWS = 200  # rows or columns: above this, O(n³) work dominates O(n²)
 CYCLES = 1000  # default number of cycles after which a long-term state is left undecided
 

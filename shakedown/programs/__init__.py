@@ -1,9 +1,8 @@
-"""Programs in plain arrays: a linear cost over rows, bounds and second-order cones, in floats and exactly.
+"""Programs in plain arrays: a linear cost over rows and bounds, or over discs, in floats and exactly.
 
-Reading order: ``program`` (statement, numbers near 1, solution with residuals; scaling by powers of two),
-``simplex`` (HiGHS, held for many solves; the rows that meet, by interior points; the point with the most
-slack), ``conic`` (Clarabel, cvxpy), ``cone_rays`` (how far a cone reaches), ``polygon`` (corners in the
-plane).
+Reading order: ``program`` (statement of a linear program, numbers near 1, solution; scaling by powers of
+two), ``simplex`` (HiGHS, held for many solves; the point with the most slack), ``cone_rays`` (how far a cone
+reaches), ``polygon`` (corners in the plane).
 
 Without round-off, through FLINT: ``exact_program`` (polish of a vertex, systems of integers, optimality of a
 basis).
@@ -12,5 +11,6 @@ Interior points for dense programs, one product of matrices an iteration: ``disc
 many of three numbers, those of one, and a large one; discs that share coefficients node by node, and
 the normal equations, of many nodes in their reactions), ``self_dual`` (the optimum, or the proof that there
 is none, with the scaling of Nesterov and Todd and the steps of Mehrotra). Their results are only starting
-points: the subpackages above check them, as they check those of any solver.
+points: the subpackages above check them, as they check those of any solver. ``conic`` solves the same
+programs by Clarabel or cvxpy.
 """

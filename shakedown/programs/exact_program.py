@@ -207,14 +207,15 @@ class ExactVertex:
 class Work:
     """The shared budget of the pivots of several programs, in multiplications of their systems.
 
-    Whatever is left, a phase of one program takes no more than ``MAX_WORK``.
+    Whatever is left, one program takes no more than ``MAX_WORK``.
     """
 
     def __init__(self, left: float = inf) -> None:
         self.left, self.spent = left, False
 
     def pivots(self, size: int) -> Iterator[None]:
-        """Pivots, as long as the budget lasts."""
+        """Pivots, as long as the budget lasts; what is optimal at once costs nothing."""
+        yield
         each = max(size, 1) ** 3
         for _ in range(max(MAX_WORK // each, 1)):
             self.spent = self.left < each
@@ -301,55 +302,36 @@ def _completion(program: ExactProgram, active: list[int], free: list[int]) -> li
 
 
 def _simplex(program: ExactProgram, basis: list[int], work: Work) -> ExactVertex | None:
-    """Solve from the basis; where it is not optimal, dual pivots until every row holds, then primal ones."""
-    columns = range(len(program.cost))
-    start = _weights(program, basis, program.cost)
+    """Change ``basis`` in place, by dual pivots until every row holds, then by primal ones to the optimum."""
+    start, cost = _weights(program, basis, program.cost), program.cost
     if start is None:
         return None
-    cost = program.cost
-    if min(start[0], default=0) >= 0:
+    if min(start[0], default=0) < 0:  # to become feasible, any cost for which the basis is optimal will do
+        cost = [sum(program.matrix[i][j] for i in basis) for j in range(len(cost))]
+    for _ in work.pivots(len(basis)):
         at = _point(program, basis)
-        if at is not None and max(_excess(program, *at)) <= 0:
-            return _optimum(basis, at, start)
-    else:  # to become feasible, any cost for which the basis is optimal will do
-        cost = [sum(program.matrix[i][j] for i in basis) for j in columns]
-    return _dual_pivots(program, cost, basis, work) or _primal_pivots(program, basis, work)
-
-
-def _dual_pivots(program: ExactProgram, cost: list[int], basis: list[int], work: Work) -> ExactVertex | None:
-    """Change ``basis`` in place until every row holds; an infeasible program ends with its certificate."""
-    for _ in work.pivots(len(basis)):
-        at, weights = _point(program, basis), _weights(program, basis, cost)
-        if at is None or weights is None:
-            return None
-        violated = next((i for i, excess in enumerate(_excess(program, *at)) if excess > 0), None)
-        if violated is None:
-            return None
-        combination = _weights(program, basis, program.matrix[violated])
-        if combination is None:
-            return None
-        alpha, scale = combination
-        pairs = [(y, a, k) for y, a, k in zip(weights[0], alpha, basis, strict=True) if a > 0]
-        if not pairs:
-            farkas = {k: -a for k, a in zip(basis, alpha, strict=True) if a} | {violated: scale}
-            return ExactVertex(Status.INFEASIBLE, [], 1, farkas, scale)
-        basis[basis.index(_least_ratio(pairs))] = violated
-    return None
-
-
-def _primal_pivots(program: ExactProgram, basis: list[int], work: Work) -> ExactVertex | None:
-    """Change ``basis``, all of whose rows hold, in place until every multiplier is ≥ 0."""
-    for _ in work.pivots(len(basis)):
-        at, weights = _point(program, basis), _weights(program, basis, program.cost)
-        if at is None or weights is None:
+        if at is None:
             return None
         excess = _excess(program, *at)
-        if max(excess) > 0:
+        violated = next((i for i, each in enumerate(excess) if each > 0), None)
+        weights = _weights(program, basis, program.cost if violated is None else cost)
+        if weights is None:
             return None
-        negative = [k for y, k in zip(weights[0], basis, strict=True) if y < 0]
-        if not negative:
-            return _optimum(basis, at, weights)
-        leaving = min(negative)
+        if violated is not None:
+            combination = _weights(program, basis, program.matrix[violated])
+            if combination is None:
+                return None
+            alpha, scale = combination
+            pairs = [(y, a, k) for y, a, k in zip(weights[0], alpha, basis, strict=True) if a > 0]
+            if not pairs:
+                farkas = {k: -a for k, a in zip(basis, alpha, strict=True) if a} | {violated: scale}
+                return ExactVertex(Status.INFEASIBLE, [], 1, farkas, scale)
+            basis[basis.index(_least_ratio(pairs))] = violated
+            continue
+        leaving = min((k for y, k in zip(weights[0], basis, strict=True) if y < 0), default=None)
+        if leaving is None:
+            multipliers = {k: y for y, k in zip(weights[0], basis, strict=True) if y}
+            return ExactVertex(Status.OPTIMAL, *at, multipliers, weights[1])
         edge = solve_integers([program.matrix[k] for k in basis], [-(k == leaving) for k in basis])
         if edge is None:
             return None
@@ -359,11 +341,6 @@ def _primal_pivots(program: ExactProgram, basis: list[int], work: Work) -> Exact
             return ExactVertex(Status.UNBOUNDED, *edge, {}, 1)
         basis[basis.index(leaving)] = _least_ratio(blocking)
     return None
-
-
-def _optimum(basis: list[int], at: tuple[list[int], int], weights: tuple[list[int], int]) -> ExactVertex:
-    y = {k: value for k, value in zip(basis, weights[0], strict=True) if value}
-    return ExactVertex(Status.OPTIMAL, *at, y, weights[1])
 
 
 def _point(program: ExactProgram, basis: list[int]) -> tuple[list[int], int] | None:

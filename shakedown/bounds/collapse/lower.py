@@ -269,7 +269,7 @@ class FirstCollapse(Evidence):
         if self.node < 0:
             return self.collapse_limits
         rows, tolerances = constraints(self.problem), self.known.tolerances
-        program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=tolerances), dense=False)
+        program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=tolerances))
         values = collapse_values(rows.n, collapses(rows, program, collapse_limits(rows), all_nodes=True))
         values[self.node] = self.known.load_factor
         return values
@@ -360,7 +360,7 @@ def lower_bound(
 
 def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> Bound:
     rows = constraints(problem)
-    program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=tolerances), dense=False)
+    program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=tolerances))
     if not mean_load_is_safe(rows, program, tolerances):
         return _without_collapse(problem, Status.INFEASIBLE, nan, tolerances)
     limits = collapse_limits(rows)

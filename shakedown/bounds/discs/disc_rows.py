@@ -68,7 +68,9 @@ def slip_basis(stiffness: FloatArray, gaps: FloatArray) -> Basis:
     if not known.size:
         return Basis(np.zeros((len(M), 0)), to_slips, sizes)
     lengths = np.linalg.norm(M[:, known], axis=0)
-    Q, R = qr(M[:, known] / lengths, mode="economic", check_finite=False)
+    Q, R = M[:, known] / lengths, np.eye(len(known))
+    if len(stiffness):  # of rows alone the columns stay as they are, as far as their digits reach
+        Q, R = qr(Q, mode="economic", check_finite=False)
     diagonal = np.abs(np.diag(R))
     to_slips = np.zeros((M.shape[1], Q.shape[1]))
     if len(R) == R.shape[1] and diagonal.min() > RANK * len(M) * diagonal.max():
