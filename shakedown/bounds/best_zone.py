@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.discs.disc_rows import zone_rows
-from shakedown.bounds.discs.scaled_solution import safest
 from shakedown.bounds.largest_load_factor import largest_load_factor
 from shakedown.ground.constants import ALL_PAIRS_UP_TO, ALL_SUBSETS_UP_TO, CONE, NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import Missing, UsageError, sought
@@ -83,46 +82,6 @@ def _equilibrium(stiffness: FloatArray, force: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.lstsq(stiffness, force, rcond=None)[0])
 
 
-@dataclass(frozen=True, eq=False)
-class ZoneLimit:
-    """λ_max of a contact zone that is compared with others.
-
-    Attributes
-    ----------
-    load_factor
-        −inf where the zone has no safe slip, inf where nothing limits it.
-    margin
-        By how much (negative) its limits exclude every slip under the mean load [length]; else 0: it tells
-        zones without a safe slip apart.
-    nearest
-        Nodes to change, those first that come nearest to opening or closing; empty without a limit.
-    """
-
-    load_factor: float
-    margin: float = 0.0
-    nearest: tuple[int, ...] = ()
-
-
-NOTHING = ZoneLimit(-inf, -inf)
-
-
-def zone_limit(zone: Zone, compared: bool, tolerances: Tolerances) -> ZoneLimit:
-    """λ_max of a zone, and which nodes come nearest to opening or closing there.
-
-    ``compared``: also where it has no safe slip, under the mean load, with its margin.
-    """
-    rows = zone_rows(zone)
-    found = largest_load_factor(rows, None, True, tolerances)
-    if found.status == Status.UNBOUNDED:
-        return ZoneLimit(inf)
-    if found.status == Status.OPTIMAL:
-        return ZoneLimit(found.load_factor, 0.0, nearest_to_change(zone, found.x, found.load_factor))
-    if not compared:
-        return ZoneLimit(-inf)
-    best = safest(rows, 0.0, tolerances)
-    return ZoneLimit(-inf, best.margin, nearest_to_change(zone, best.x, 0.0))
-
-
 def nearest_to_change(zone: Zone, x: FloatArray, load_factor: float) -> tuple[int, ...]:
     """All nodes in increasing order of what their pressures and gaps leave, relative to the terms of each.
 
@@ -176,29 +135,17 @@ class ZoneSearch:
 
 @dataclass(frozen=True)
 class _Visit:
-    """One zone, None where all nodes are open or nothing holds the open ones, with its λ_max."""
+    """One zone, None where all nodes are open or nothing holds the open ones, with its λ_max.
+
+    −inf where it has no safe slip, inf where nothing limits it; whether its program came to an end, and the
+    nodes to change, those first that come nearest to opening or closing, of a limit.
+    """
 
     nodes: tuple[int, ...]
-    zone: Zone | None
-    found: ZoneLimit
-
-    @property
-    def load_factor(self) -> float:
-        """λ_max; −inf without a safe slip."""
-        return self.found.load_factor
-
-    @property
-    def rank(self) -> tuple[float, float]:
-        """A better zone has a larger rank."""
-        return self.load_factor, self.found.margin
-
-    def surpasses(self, other: "_Visit") -> bool:
-        """Whether this zone is better by more than round-off."""
-        if other.load_factor == -inf:  # no relative margin can be added to this
-            (_, margin), (_, least) = self.rank, other.rank
-            more = NEGLIGIBLE * abs(least) if least > -inf else 0.0
-            return self.load_factor > -inf or margin > least + more
-        return self.load_factor > other.load_factor + NEGLIGIBLE * abs(other.load_factor)
+    zone: Zone | None = None
+    load_factor: float = -inf
+    ended: bool = True
+    nearest: tuple[int, ...] = ()
 
 
 Visitor = Callable[[tuple[int, ...]], _Visit]
@@ -209,10 +156,10 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
 
     It begins with the nodes that the mean load opens, sliding without friction or stuck, or with no open
     node at all. One node is changed at a time while λ_max grows, the one nearest to opening or closing first;
-    beyond sixteen nodes the eight nearest ones are tried. Where the
-    mean load opens no node and the joint has a safe slip, that is the answer at once; else up to six nodes
-    every zone is tried. The state without friction is safe under the mean load: what friction alone
-    holds has none, every other joint a zone with a safe slip.
+    beyond sixteen nodes the four nearest ones are tried. Where the mean load opens no node and the joint has
+    a safe slip, that is the answer at once; else up to six nodes every zone is tried. The state without
+    friction is safe under the mean load: what friction alone holds has none, every other joint a zone with
+    a safe slip.
 
     Parameters
     ----------
@@ -237,9 +184,8 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
         if nodes in visited:
             return visited[nodes]
         if len(visited) >= MOST_ZONES:  # counts as without a safe slip, so that the search ends
-            return _Visit(nodes, None, NOTHING)
-        compared = nodes in starts or all(one.load_factor == -inf for one in visited.values())
-        visited[nodes] = _visit(problem, nodes, compared, tolerances)
+            return _Visit(nodes)
+        visited[nodes] = _visit(problem, nodes, tolerances)
         return visited[nodes]
 
     opened = opened_by_mean_load(problem, friction=False)
@@ -251,21 +197,22 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
             sizes = (combinations(range(problem.n), size) for size in range(1, problem.n))
             found = [visit(nodes) for nodes in chain([best.nodes], *sizes)]
         else:
-            starts.sort(key=lambda nodes: visit(nodes).rank, reverse=True)
+            starts.sort(key=lambda nodes: visit(nodes).load_factor, reverse=True)
             few = problem.n <= ALL_PAIRS_UP_TO
             found = [_climb(visit, start, few) for start in (starts if few else starts[:1])]
         best = _first_of_the_best(found)
     zone = contact_zone(problem, ()) if best.zone is None else best.zone
-    seen = sum(
-        len(nodes) < problem.n and (one.zone is None or one.found is not NOTHING)
-        for nodes, one in visited.items()
-    )
+    seen = sum(len(nodes) < problem.n and one.ended for nodes, one in visited.items())
     return ZoneSearch(zone, best.load_factor, opened, len(visited), seen < most)
 
 
 def _first_of_the_best(found: Iterable[_Visit]) -> _Visit:
     """The first of the zones that are equally good up to round-off."""
-    return reduce(lambda best, other: other if other.surpasses(best) else best, found)
+
+    def better(best: _Visit, other: _Visit) -> _Visit:
+        return other if other.load_factor > best.load_factor * (1.0 + NEGLIGIBLE) else best
+
+    return reduce(better, found)
 
 
 def _climb(visit: Visitor, start: tuple[int, ...], few: bool) -> _Visit:
@@ -275,7 +222,7 @@ def _climb(visit: Visitor, start: tuple[int, ...], few: bool) -> _Visit:
     """
     best = visit(start)
     while True:  # ends, as every step is better than all before, and zones are finitely many
-        nearest = best.found.nearest if best.zone else best.nodes  # what nothing holds is closed again
+        nearest = best.nearest if best.zone else best.nodes  # what nothing holds is closed again
         for nodes in (nearest[:NEAREST], nearest[NEAREST:] if few else ()):
             better = _first_of_the_best([best, *(visit(_changed(best, node)) for node in nodes)])
             if better is not best:
@@ -285,14 +232,19 @@ def _climb(visit: Visitor, start: tuple[int, ...], few: bool) -> _Visit:
         best = better
 
 
-def _visit(problem: Problem, nodes: tuple[int, ...], compared: bool, tolerances: Tolerances) -> _Visit:
+def _visit(problem: Problem, nodes: tuple[int, ...], tolerances: Tolerances) -> _Visit:
     """One zone; one whose program does not finish counts as without a safe slip, and is left out."""
     try:
         zone = contact_zone(problem, nodes, tolerances=tolerances)
     except UsageError:  # all nodes open, or open nodes that nothing holds
-        return _Visit(nodes, None, NOTHING)
-    found = sought(zone_limit, zone, compared, tolerances)
-    return _Visit(nodes, zone, NOTHING if isinstance(found, Missing) else found)
+        return _Visit(nodes)
+    found = sought(largest_load_factor, zone_rows(zone), None, True, tolerances)
+    if isinstance(found, Missing):
+        return _Visit(nodes, zone, ended=False)
+    if found.status != Status.OPTIMAL:
+        return _Visit(nodes, zone, inf if found.status == Status.UNBOUNDED else -inf)
+    nearest = nearest_to_change(zone, found.x, found.load_factor)
+    return _Visit(nodes, zone, found.load_factor, nearest=nearest)
 
 
 def _changed(visit: _Visit, node: int) -> tuple[int, ...]:
