@@ -35,25 +35,12 @@ _NEARLY_FIRST = 10 * NEGLIGIBLE  # nodes this close are distinguished by polishi
 
 def mean_load_is_safe(rows: Constraints, program: Simplex, tolerances: Tolerances) -> bool:
     """Whether some slip is safe under the mean load alone."""
-    if np.all(rows.g > 0) or _unloads(rows):  # slip zero is safe, or one found without a program
+    if np.all(rows.g > 0):  # slip zero is safe
         return True
     start = program.solve()
     if not start.optimal:
         return False
     return bool(rows.relative_excess(rows.slips(start.x[:-1]), 0.0).max() <= tolerances.feasibility)
-
-
-def _unloads(rows: Constraints) -> bool:
-    """Whether the slip that removes all tangential reactions of the mean load is safe."""
-    if rows.pinned:
-        return False
-    G, g = by_side(rows.G[rows.sided]), by_side(rows.g[rows.sided])
-    pull = 0.5 * (g[:, 1] - g[:, 0])
-    try:
-        slip: FloatArray = np.asarray(np.linalg.solve(0.5 * (G[:, 0] - G[:, 1]), -pull), dtype=float)
-    except np.linalg.LinAlgError:
-        return False
-    return bool(rows.relative_excess(slip, 0.0).max() < 0)
 
 
 def collapses(

@@ -206,8 +206,7 @@ def unit_slips(joint: ScaledJoint) -> UnitSlips:
     return root, slips - np.linalg.solve(Z.T @ weighted, (slips @ weighted).T).T @ Z.T, pressures
 
 
-PARTS = 4  # initial parts of every edge of the cube of rigid motions
-DEEPEST = 6  # largest number of halvings of a box
+PARTS = (4, 32, 256)  # of every edge of the cube of rigid motions, until all boxes pass
 MOST = 2_000_000  # boxes times nodes at once; larger cases are not proved
 
 
@@ -268,41 +267,23 @@ class RigidRates:
         return all(self._on_face(axis, loads) for axis in range(self.motions.shape[2]))
 
     def _on_face(self, axis: int, loads: "list[_Load]") -> bool:
-        """All motions c with c[axis] = 1 ≥ |c_k|, box by box: halved until each passes, or one fails."""
-        rank = self.motions.shape[2]
-        corners = np.insert(np.array(list(product((-1.0, 1.0), repeat=rank - 1))), axis, 0.0, axis=1)
-        spread = self._sizes(corners)
+        """All motions c with c[axis] = 1 ≥ |c_k|, in ever smaller boxes until all pass, or a centre fails."""
+        others = self.motions.shape[2] - 1
+        signs = np.insert(np.array(list(product((-1.0, 1.0), repeat=others))), axis, 0.0, axis=1)
+        spread = self._sizes(signs)
         feed_off = float(np.linalg.norm(spread * self._sizes_of_feeds, axis=1).max()) * self._largest_feed
-        half = 1.0 / PARTS
-        line = half * (2.0 * np.arange(PARTS) + 1.0) - 1.0
-        boxes = np.insert(np.array(list(product(line, repeat=rank - 1))), axis, 1.0, axis=1)
-        for _ in range(DEEPEST):
-            passed = self._judged(boxes, loads, half * spread.max(axis=0), half * feed_off)
-            if (passed < 0).any():
+        for parts in PARTS:
+            if parts**others * self.joint.n > MOST:
+                break
+            line = (2.0 * np.arange(parts) + 1.0) / parts - 1.0
+            sizes = self._sizes(np.insert(np.array(list(product(line, repeat=others))), axis, 1.0, axis=1))
+            fed = np.linalg.norm(sizes @ self.feeds, axis=1) * (1.0 + NEGLIGIBLE) + self._round_off
+            least = np.maximum(sizes - spread.max(axis=0) / parts, 0.0)
+            if not all(load.holds(fed, sizes).all() for load in loads):
                 return False
-            boxes = boxes[passed == 0]
-            if not len(boxes):
+            if all(load.holds(fed + feed_off / parts, least).all() for load in loads):
                 return True
-            half *= 0.5
-            boxes = (boxes[:, None] + half * corners).reshape(-1, rank)
-            if len(boxes) * self.joint.n > MOST:
-                return False
         return False
-
-    def _judged(
-        self, centres: FloatArray, loads: "list[_Load]", off: FloatArray | float, feed_off: float
-    ) -> FloatArray:
-        """Of every box: 1 where all of its motions pass, −1 where its centre does not, else 0."""
-        sizes = self._sizes(centres)
-        fed = np.linalg.norm(sizes @ self.feeds, axis=1) * (1.0 + NEGLIGIBLE) + self._round_off
-        least = np.maximum(sizes - off, 0.0)
-        passed = np.ones(len(sizes), dtype=bool)
-        for load in loads:
-            left = np.flatnonzero(passed)
-            passed[left] = load.holds(fed[left] + feed_off, least[left])
-        rest = ~passed
-        failed = rest.any() and not all(load.holds(fed[rest], sizes[rest]).all() for load in loads)
-        return np.where(passed, 1.0, -1.0 if failed else 0.0)
 
     def _sizes(self, c: FloatArray) -> FloatArray:
         """|z_i| of some motions (b, r): (b, n)."""

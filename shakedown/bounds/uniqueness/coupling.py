@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from shakedown.bounds.uniqueness.moving_sets import (
     LARGEST_SET,
     ScaledStiffness,
-    every_set,
-    few_nodes,
     first_to_lose,
     held,
     scaled_stiffness,
+    slipping_sets,
 )
 from shakedown.ground.constants import (
     ALL_PAIRS_UP_TO,
@@ -330,14 +329,14 @@ def unique_in_contact(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> 
     if weakly_coupled(stiffness, friction):
         return Uniqueness(True, "coupling ratio below 1")
     every = stiffness.n <= LARGEST_SET
-    sets = every_set(stiffness.n, separation=False) if every else few_nodes(stiffness, separation=False)
+    sets = slipping_sets(stiffness.n, None if every else 2)
     lost = first_to_lose(stiffness, sets)
     if lost.factor <= friction:
-        nodes = ", ".join(str(i) for i in lost.moving.slipping)
-        word = "node" if len(lost.moving.slipping) == 1 else "nodes"
+        nodes = ", ".join(str(i) for i in lost.slipping)
+        word = "node" if len(lost.slipping) == 1 else "nodes"
         at = f"at {lost.factor / stiffness.friction_unit:.5g} times the given friction"
         slip = f"slip of {word} {nodes} loses uniqueness {at}"
-        return Uniqueness(False, slip, lost.moving.slipping, lost.sides)
+        return Uniqueness(False, slip, lost.slipping, lost.sides)
     if every:
         return Uniqueness(True, f"every set of slipping nodes tried ({len(sets)})")
     if energy_limit(stiffness, separation=False) > friction:

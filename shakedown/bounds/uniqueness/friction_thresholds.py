@@ -9,13 +9,12 @@ from scipy.linalg import null_space
 from shakedown.bounds.uniqueness.coupling import coupling_limit, energy_limit
 from shakedown.bounds.uniqueness.moving_sets import (
     LARGEST_SET,
-    LostAt,
     ScaledStiffness,
-    every_set,
-    few_nodes,
     first_to_lose,
+    first_with_open_nodes,
     held,
     scaled_stiffness,
+    slipping_sets,
 )
 from shakedown.ground.constants import (
     ALL_SUBSETS_UP_TO,
@@ -248,8 +247,8 @@ def friction_thresholds(problem: Problem, *, tolerances: Tolerances = DEFAULT) -
 
     Exact up to eight nodes in contact (six with separation); beyond, an
     interval: below it the sum of dissipation and stored energy of every motion
-    is positive or the coupling ratio is less than 1, above it a node or a pair is known to lose
-    uniqueness.
+    is positive or the coupling ratio is less than 1, above it a node or a pair, all others closed, is known
+    to lose uniqueness.
 
     Parameters
     ----------
@@ -299,22 +298,11 @@ def _single_node(stiffness: ScaledStiffness) -> FloatArray:
 
 def _uniqueness(stiffness: ScaledStiffness, *, separation: bool) -> Threshold:
     n, unit = stiffness.n, stiffness.friction_unit
-    if n <= (ALL_SUBSETS_UP_TO if separation else LARGEST_SET):
-        lost = first_to_lose(stiffness, every_set(n, separation=separation))
-        return _threshold(lost.factor, lost, unit)
-    low = energy_limit(stiffness, separation=separation)
-    if not separation:
-        low = max(low, coupling_limit(stiffness))
-    lost = first_to_lose(stiffness, few_nodes(stiffness, separation=separation))
-    return _threshold(min(low, lost.factor), lost, unit)
-
-
-def _threshold(low: float, lost: LostAt, unit: float) -> Threshold:
-    moving = lost.moving if lost.sides else None
-    return Threshold(
-        low=low / unit,
-        high=lost.factor / unit,
-        slipping=moving.slipping if moving else (),
-        sides=lost.sides,
-        separated=moving.separated if moving else (),
-    )
+    if n > (ALL_SUBSETS_UP_TO if separation else LARGEST_SET):
+        lost = first_to_lose(stiffness, slipping_sets(n, 2))
+        proved = 0.0 if separation else coupling_limit(stiffness)
+        low = min(lost.factor, max(proved, energy_limit(stiffness, separation=separation)))
+    else:
+        lost = first_with_open_nodes(stiffness) if separation else first_to_lose(stiffness, slipping_sets(n))
+        low = lost.factor
+    return Threshold(low / unit, lost.factor / unit, lost.slipping, lost.sides, lost.separated)

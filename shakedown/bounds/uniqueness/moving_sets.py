@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations, groupby, product
 from math import sqrt
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,6 +67,19 @@ class ScaledStiffness:
         """φ B, (n, n)."""
         return self.weights[:, None] * self.B
 
+    def opened(self, separated: tuple[int, ...]) -> "ScaledStiffness | None":
+        """That of the other nodes with some open and free; None where the others do not hold these."""
+        if not separated:
+            return self
+        rest, gaps_of = np.setdiff1d(np.arange(self.n), separated), self.layout.gaps_of
+        free, shut = (np.append(nodes, gaps_of(nodes)) for nodes in (np.array(separated), rest))
+        inner, m = self.kappa[np.ix_(free, free)], len(rest)
+        if not held(inner, self.tolerances):
+            return None
+        follow = np.linalg.solve(inner, self.kappa[np.ix_(free, shut)])
+        kappa = self.kappa[np.ix_(shut, shut)] - self.kappa[np.ix_(shut, free)] @ follow
+        return replace(self, A=kappa[:m, :m], B=kappa[m:, :m], C=None, weights=self.weights[rest])
+
 
 def scaled_stiffness(problem: Problem, friction: FloatArray, tolerances: Tolerances) -> ScaledStiffness:
     """Bring the stiffness and the friction of a problem near the size 1, free of round-off.
@@ -116,52 +128,51 @@ def held(matrices: FloatArray, tolerances: Tolerances) -> NDArray[np.bool_]:
 
 
 DOUBLE_ROOT = 8 * sqrt(EPS)  # imaginary part, relative to the size, to which round-off parts a double root
-LARGEST_SET = 8  # nodes up to which all sets are tried; neighbours that a node is paired with
+LARGEST_SET = 8  # nodes up to which all sets are tried
 
 
-class MovingSet(NamedTuple):
-    """Slipping nodes and open nodes; all others are stuck."""
-
-    slipping: tuple[int, ...]
-    separated: tuple[int, ...] = ()
+Nodes = tuple[int, ...]
 
 
 @dataclass(frozen=True)
 class LostAt:
-    """The factor on φ at which a moving set loses uniqueness (inf: at none), and the sides of its slip."""
+    """The factor on φ at which uniqueness is lost (inf: at none): by these slipping nodes, all others stuck.
+
+    ``sides`` are those of their slip, and the nodes ``separated`` are open.
+    """
 
     factor: float
-    moving: MovingSet
-    sides: tuple[int, ...]
+    slipping: Nodes = ()
+    sides: Nodes = ()
+    separated: Nodes = ()
 
 
-NEVER = LostAt(np.inf, MovingSet(()), ())
+NEVER = LostAt(np.inf)
 
 
-def every_set(n: int, *, separation: bool) -> list[MovingSet]:
-    """Every choice of slipping nodes, beside no open node or beside every choice of open nodes."""
-    sets = []
-    for size in range(n if separation else 1):
-        for separated in combinations(range(n), size):
-            rest = [i for i in range(n) if i not in separated]
-            for k in range(1, len(rest) + 1):
-                sets += [MovingSet(slipping, separated) for slipping in combinations(rest, k)]
-    return sets
+def slipping_sets(n: int, largest: int | None = None) -> list[Nodes]:
+    """Every choice of up to so many slipping nodes, all of them by default."""
+    return [nodes for k in range(1, (largest or n) + 1) for nodes in combinations(range(n), k)]
 
 
-def first_to_lose(stiffness: ScaledStiffness, sets: list[MovingSet]) -> LostAt:
-    """Of these moving sets the one that loses uniqueness at the smallest factor, with any sides."""
-
-    def size(moving: MovingSet) -> tuple[int, int]:
-        return len(moving.slipping), len(moving.separated)
-
+def first_to_lose(stiffness: ScaledStiffness, sets: list[Nodes]) -> LostAt:
+    """Of these sets of slipping nodes the one that loses uniqueness at the smallest factor, on any sides."""
     first = NEVER
-    for (slipping, _), alike in groupby(sorted(sets, key=size), key=size):
-        group, sides = list(alike), all_sides(slipping)
-        step = max(1, AT_ONCE // len(sides))
-        for start in range(0, len(group), step):
-            found = _lost_by(stiffness, group[start : start + step], sides)
-            first = min(first, *found, key=lambda lost: lost.factor)
+    for size, alike in groupby(sorted(sets, key=len), key=len):
+        group, sides = np.array(list(alike), dtype=np.intp), all_sides(size)
+        for some in np.array_split(group, len(group) * len(sides) // AT_ONCE + 1):
+            first = min(first, *_lost_by(stiffness, some, sides), key=lambda lost: lost.factor)
+    return first
+
+
+def first_with_open_nodes(stiffness: ScaledStiffness) -> LostAt:
+    """The same of every set of slipping nodes, beside every choice of open ones."""
+    first, nodes = NEVER, range(stiffness.n)
+    for separated in [(), *slipping_sets(stiffness.n, stiffness.n - 1)]:
+        rest, joint = [i for i in nodes if i not in separated], stiffness.opened(separated)
+        lost = NEVER if joint is None else first_to_lose(joint, slipping_sets(joint.n))
+        if lost.factor < first.factor:
+            first = replace(lost, slipping=tuple(rest[i] for i in lost.slipping), separated=separated)
     return first
 
 
@@ -173,22 +184,21 @@ def all_sides(k: int) -> FloatArray:
     return np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=k - 1)])
 
 
-def _lost_by(stiffness: ScaledStiffness, sets: list[MovingSet], signs: FloatArray) -> list[LostAt]:
-    """The same for moving sets of equally many nodes, all at once, with these sides (s, k)."""
-    slipping = np.array([moving.slipping for moving in sets], dtype=np.intp)
-    separated = np.array([moving.separated for moving in sets], dtype=np.intp).reshape(len(sets), -1)
-    A, B, usable = condensed(stiffness, slipping, separated)
-    usable &= held(A, stiffness.tolerances)
-    A = np.where(usable[:, None, None], A, np.eye(slipping.shape[1]))
-    weighted = stiffness.weights[slipping][:, :, None] * B
+def _lost_by(stiffness: ScaledStiffness, sets: NDArray[np.intp], signs: FloatArray) -> list[LostAt]:
+    """The same for sets (c, k) of equally many nodes, all at once, with these sides (s, k)."""
+    rows, columns = sets[:, :, None], sets[:, None, :]
+    A = stiffness.A[rows, columns]
+    usable = held(A, stiffness.tolerances)
+    A = np.where(usable[:, None, None], A, np.eye(sets.shape[1]))
+    weighted = stiffness.weighted[rows, columns]
     roots = _largest_real(np.linalg.inv(A)[:, None] @ (signs[:, :, None] * weighted[:, None]))
     roots = np.where(usable[:, None], roots, 0.0)
     best = np.abs(roots).argmax(axis=1)
     largest = roots[np.arange(len(sets)), best]
     sides = (signs[best] * np.sign(largest)[:, None]).astype(int).tolist()  # A − t s φ B is singular
     return [
-        LostAt(float(1.0 / abs(root)), moving, tuple(side)) if root else LostAt(np.inf, moving, ())
-        for moving, root, side in zip(sets, largest, sides, strict=True)
+        LostAt(float(1.0 / abs(root)), tuple(slipping), tuple(side)) if root else NEVER
+        for slipping, root, side in zip(sets.tolist(), largest, sides, strict=True)
     ]
 
 
@@ -204,47 +214,3 @@ def _largest_real(matrices: FloatArray) -> FloatArray:
         np.take_along_axis(eigenvalues.real, place, axis=-1)
     )
     return np.asarray(largest[..., 0])
-
-
-def condensed(
-    stiffness: ScaledStiffness, slipping: NDArray[np.intp], separated: NDArray[np.intp]
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """A′ and B′ (m, k, k) of the slipping nodes (m, k), the separated ones (m, l) free, the rest stuck.
-
-    The third result says where the separated nodes are held by the stuck ones.
-    """
-    if separated.shape[1] == 0:
-        rows, columns = slipping[:, :, None], slipping[:, None, :]
-        return stiffness.A[rows, columns], stiffness.B[rows, columns], np.ones(len(slipping), dtype=bool)
-    kappa, gaps_of = stiffness.kappa, stiffness.layout.gaps_of
-    free, normal = np.hstack([separated, gaps_of(separated)]), gaps_of(slipping)
-
-    def part(rows: NDArray[np.intp], columns: NDArray[np.intp]) -> FloatArray:
-        return np.asarray(kappa[rows[:, :, None], columns[:, None, :]])
-
-    inner = part(free, free)
-    usable = held(inner, stiffness.tolerances)
-    inner = np.where(usable[:, None, None], inner, np.eye(free.shape[1]))
-    follow = -np.linalg.solve(inner, part(free, slipping))
-    return (
-        part(slipping, slipping) + part(slipping, free) @ follow,
-        part(normal, slipping) + part(normal, free) @ follow,
-        usable,
-    )
-
-
-def few_nodes(stiffness: ScaledStiffness, *, separation: bool) -> list[MovingSet]:
-    """Every node by itself, and every pair of neighbours: each node with those that it is coupled to most.
-
-    With separation every node beside an open neighbour, too.
-    """
-    n, diagonal = stiffness.n, np.diag(stiffness.A)
-    size = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    B = np.abs(stiffness.B)
-    strength = (np.abs(stiffness.A) + B + B.T) / np.outer(size, size)
-    np.fill_diagonal(strength, -1.0)
-    nearest = np.argsort(-strength, axis=1)[:, : min(n - 1, LARGEST_SET)]
-    pairs = [(i, int(j)) for i in range(n) for j in nearest[i]]
-    together = [MovingSet(pair) for pair in sorted({(min(pair), max(pair)) for pair in pairs})]
-    opened = [MovingSet((i,), (j,)) for i, j in pairs] if separation else []
-    return [MovingSet((i,)) for i in range(n)] + together + opened

@@ -18,11 +18,10 @@ from shakedown.bounds.uniqueness.coupling import (
     unique_in_contact,
 )
 from shakedown.bounds.uniqueness.moving_sets import (
-    MovingSet,
-    every_set,
     first_to_lose,
     held,
     scaled_stiffness,
+    slipping_sets,
 )
 
 
@@ -100,7 +99,7 @@ def test_energy_proves_what_dominance_cannot(seed: int) -> None:
     assert coupling(dense).ratio > 1
     assert unique_in_contact(dense).argument == "every motion stores more energy than friction can feed it"
     lost = first_to_lose(
-        scaled_stiffness(dense, dense.f, shakedown.Tolerances()), [MovingSet((i, i + 1)) for i in range(29)]
+        scaled_stiffness(dense, dense.f, shakedown.Tolerances()), [(i, i + 1) for i in range(29)]
     )
     assert lost.factor > energy_limit(
         scaled_stiffness(dense, dense.f, shakedown.Tolerances()), separation=False
@@ -112,7 +111,7 @@ def test_the_limit_of_weak_coupling_is_a_coupling_ratio_of_one() -> None:
         problem = joint(seed, 6, coupling=0.15)
         stiffness = scaled_stiffness(problem, np.ones(6), shakedown.Tolerances())
         t = coupling_limit(stiffness)
-        assert 0 < t <= first_to_lose(stiffness, every_set(6, separation=False)).factor * (1 + 1e-12)
+        assert 0 < t <= first_to_lose(stiffness, slipping_sets(6)).factor * (1 + 1e-12)
         own = (np.diag(stiffness.A) / np.abs(np.diag(stiffness.weighted))).min()
         found = row_coupling_ratio(stiffness.A, t * stiffness.weighted)
         assert found.ratio == pytest.approx(1.0, rel=1e-8) or t == pytest.approx(own, rel=1e-8)
@@ -136,7 +135,7 @@ def test_a_double_root_ends_uniqueness() -> None:
     B = turn @ np.array([[-0.5, 1.0], [0.0, -0.5]]) @ turn.T
     problem = Problem(A=np.eye(2), B=B, f=1.0, q_w=np.zeros((1, 2)), p_w=np.ones((1, 2)))
     stiffness = scaled_stiffness(problem, np.ones(2), shakedown.Tolerances())
-    same = first_to_lose(stiffness, [MovingSet((0, 1))])
+    same = first_to_lose(stiffness, [(0, 1)])
     assert same.factor / stiffness.friction_unit <= 2.0 * (1 + 1e-6)
 
 
