@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 import shakedown
+from benchmarks.implicit_joint import ImplicitJoint
 from shakedown import Problem
 from shakedown.joint.constraints import loading
-from shakedown.motion.space.implicit_step import ImplicitJoint
 from shakedown.plot.patch_places import Places, patch_axes, places_of
 from shakedown.report.facts import table
 from shakedown.studies.refined import trend

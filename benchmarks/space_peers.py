@@ -22,12 +22,12 @@ from matplotlib.figure import Figure
 
 from benchmarks import siconos_peer
 from benchmarks.half_space import around, blocks, grid, half_space
+from benchmarks.implicit_joint import ImplicitJoint, Steps
 from benchmarks.timing import in_turn
 from shakedown import Problem, Tolerances
 from shakedown.ground.constants import FloatArray
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.space.implicit_step import ImplicitJoint, Steps
 from shakedown.report.facts import table
 
 TITLE = "Joints in space: implicit steps, Siconos, and the path from event to event"

@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from benchmarks.implicit_joint import ImplicitJoint
 from shakedown import Problem, Tolerances
 from shakedown.ground.constants import FloatArray
 from shakedown.motion.checked_law import scales
 from shakedown.motion.event_history import path_violation
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import beginning, cycles_of
-from shakedown.motion.space.implicit_step import ImplicitJoint
 from shakedown.report.facts import table
 
 TITLE = "Hard scenes in space: the path from event to event against implicit steps that grow shorter"

@@ -65,6 +65,8 @@ INSIDE = {  # what commands and studies reach for beside public names: checks of
     ("benchmarks.calculix_cycles", "shakedown.models.readers.stiffness"),
     ("benchmarks.enumeration", "shakedown.bounds.enumeration.intersection"),
     ("benchmarks.enumeration", "shakedown.bounds.enumeration.tasks"),
+    ("benchmarks.implicit_joint", "shakedown.joint.law"),
+    ("benchmarks.implicit_joint", "shakedown.motion.fixed_steps"),
     ("benchmarks.space_scenes", "shakedown.motion.method"),
     ("benchmarks.space_scenes", "shakedown.motion.event_history"),
     ("benchmarks.claims", "shakedown.files.atomic_write"),

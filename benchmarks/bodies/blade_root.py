@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 from skfem import MeshHex
 
 from benchmarks.bodies.extrusion import extruded, grid
+from benchmarks.implicit_joint import ImplicitJoint
 from shakedown import Problem
 from shakedown.fem import BodyForce, ElasticBody, Force, Material, Support, Traction, contact_problem
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.joint.constraints import loading
-from shakedown.motion.space.implicit_step import ImplicitJoint
 
 # Heights of the bottom, the flanks' ends, the slot's rim and the tip, and half of the thickness there.
 HEIGHTS, HALVES = (0.0, 6.0, 14.0, 18.0, 70.0), (12.0, 12.0, 6.0, 6.0, 2.5)  # [mm]

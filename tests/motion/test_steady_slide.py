@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import shakedown
+from benchmarks.implicit_joint import ImplicitJoint
 from shakedown.joint.law import Law
 from shakedown.motion.checked_law import Scales, law_violation
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.space.implicit_step import ImplicitJoint
 from shakedown.motion.steady_slide import ViscousJoint, steady_slide
 from shakedown.motion.viscous_jump import Relaxation
 from tests.joints_in_space import random_joint

@@ -10,7 +10,4 @@ takes them), ``speeds`` (open nodes eliminated; rates of the nodes that slip, wi
 after an event), ``event_search`` (the first event within a step), ``curved_loop`` (one load step, from event
 to event); ``space_events`` (all of it, as an evolution follows it; across instants without rates). Nothing of
 it is compiled before a joint with two directions moves.
-
-Where there are no rates a load step is solved at once: ``implicit_step`` (Newton's method, from sweeps over
-the nodes).
 """

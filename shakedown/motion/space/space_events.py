@@ -4,16 +4,14 @@ Jumps with two tangential directions: where there are no rates, a viscous system
 
 As in the plane (:mod:`shakedown.motion.viscous_jump`): implicit steps of D u̇ = −(out-of-balance) are
 static problems with the stiffness κ + D/Δt, and each of them is solved by following the motion of that
-stiffer system; where a node next to its apex would make that endless, all at once. The end state is then
-put into equilibrium exactly, nodes that still slip at the limit in their last direction.
+stiffer system. The end state is then put into equilibrium exactly, nodes that still slip at the limit in
+their last direction.
 """
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack
 
 from shakedown.ground.constants import (
     NEWTON_ROUNDS,
@@ -25,15 +23,14 @@ from shakedown.ground.constants import (
 )
 from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.ground.tolerances import Tolerances
-from shakedown.ground.work_limit import BY_BLAS, count_work
-from shakedown.joint.law import Layout
+from shakedown.ground.work_limit import count_work
 from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import Scales, swing
 from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED, TOO_MANY_EVENTS, Course, Precision, course
 from shakedown.motion.event_history import CurvedHistory, EventKind
+from shakedown.motion.fixed_steps import MOST_SWEEPS, contact_nodes, load_steps, places_by_node
 from shakedown.motion.method import EventMethod, Piece, State, loads_at, one_row
 from shakedown.motion.space.curved_loop import follow_curve
-from shakedown.motion.space.implicit_step import TURNS, ImplicitJoint
 from shakedown.motion.space.space_run import (
     DEGREE,
     SpaceMotion,
@@ -48,20 +45,7 @@ from shakedown.motion.steady_slide import ViscousJoint
 from shakedown.motion.viscous_jump import Relaxation, StepEnd
 
 LABOUR = 1_000_000  # operations after which the steps of integration are counted
-MOST_TAKEN = 1_000  # largest number of these in an implicit step; beyond that it is solved as a whole
-FEW_TURNS = 4  # of sweeps and Newton's method in such a solution: one that takes more is of a step too long
-
-
-def end_at_once(joint: ImplicitJoint, layout: Layout, u: FloatArray, path: FloatArray) -> StepEnd | None:
-    """The end of an implicit step between two welded reactions (2, 3n); None where none is found."""
-    count_work(BY_BLAS * layout.size**3)
-    joint.begin(*layout.split(u), *layout.split(path[0]))
-    found = joint.step(*layout.split(path[1]))
-    if not found.solved:
-        return None
-    w, length = found.w[-1], found.length[-1]
-    contact = np.where(w > 0.0, OPEN, np.where((length > 0.0) | (joint.law.f == 0.0), SLIP, STICK))
-    return StepEnd(layout.joined(found.v[-1], w), contact, found.work[-1], length)
+MOST_TAKEN = 1_000  # largest number of these in an implicit step; one with a longer path is tried shorter
 
 
 def free_places(f: FloatArray, contact: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -69,19 +53,8 @@ def free_places(f: FloatArray, contact: NDArray[np.int64]) -> NDArray[np.bool_]:
     return np.concatenate([np.repeat((contact == OPEN) | (f == 0.0), 2), contact == OPEN])
 
 
-def stable_solution(matrix: FloatArray, right: FloatArray) -> FloatArray | None:
-    """The solution of linear equations; None where their determinant is not positive."""
-    if not len(right):
-        return right
-    factors, pivots, singular = lapack.dgetrf(matrix)
-    swaps = np.count_nonzero(pivots != np.arange(len(right)))
-    if singular or np.prod(np.sign(np.diagonal(factors))) * (-1.0) ** swaps < 0.0:
-        return None
-    return np.asarray(lapack.dgetrs(factors, pivots, right)[0])
-
-
 class DirectedJump(Relaxation):
-    """The viscous system of a joint in space: implicit steps are followed, or solved at once.
+    """The viscous system of a joint in space: implicit steps are followed.
 
     Parameters
     ----------
@@ -101,18 +74,12 @@ class DirectedJump(Relaxation):
         accuracy: float,
     ) -> None:
         super().__init__(joint, u, contact, reaction)
-        self.at_once = False  # whether a path was too long to follow
         path = course(np.stack([self.load, self.load]), 0, True, precision)
         self.run = run_in_space(self.kappa, self.law.f, path, empty_curve_record(0, self.layout.n))
         of_steps = {"force_scale": self.scale.force, "length_scale": self.scale.length}
         self.run.control.set(**of_steps, accuracy=max(accuracy, SIX_DIGITS))  # the end is exact
 
     def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
-        end = None if self.at_once else self._followed(stiffer, path)
-        return self._solved(stiffer, path) if self.at_once else end
-
-    def _followed(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
-        """The end of an implicit step along the path of its static problem; None where there is none."""
         run = self.run
         run.course.path[:] = path
         run.joint.kappa[:] = stiffer
@@ -121,21 +88,12 @@ class DirectedJump(Relaxation):
         mo.u[:], mo.contact[:], mo.direction[:] = self.u, self.contact, 0.0
         eliminate(run.joint, free_places(self.law.f, self.contact))
         status = PAUSED
-        while status == PAUSED:
+        while status == PAUSED and run.control.taken <= MOST_TAKEN:
             status = follow_curve(run, LABOUR)
             count_work(run.control.effort)
-            self.at_once = status == PAUSED and run.control.taken > MOST_TAKEN
-            if self.at_once:
-                return None
         if status != DONE or not np.isfinite(mo.u).all():
             return None
         return StepEnd(mo.u.copy(), mo.contact.copy(), mo.work.copy(), mo.slip.copy())
-
-    def _solved(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
-        """The end of an implicit step, solved for; None where there is none."""
-        joint = ImplicitJoint(*self.layout.blocks(stiffer), self.law.f, self.scale.force)
-        joint.turns = FEW_TURNS
-        return end_at_once(joint, self.layout, self.u, path)
 
     def _equilibrium(self) -> FloatArray | None:
         """Displacements with slipping nodes at their limits and nothing on open ones, by Newton's method.
@@ -161,9 +119,10 @@ class DirectedJump(Relaxation):
             if np.abs(residual).max(initial=0.0) <= 1e-15 * self.scale.force:
                 break
             ways = np.hstack([np.einsum("ikc,kc->ik", self.kappa[:, slips], unit), self.kappa[:, free]])
-            change = stable_solution(missing(ways), residual)
-            if change is None:
+            equations = missing(ways)
+            if np.linalg.slogdet(equations).sign <= 0.0:
                 return None
+            change = np.linalg.solve(equations, residual)
             u[slips] -= change[:k, None] * unit
             u[free] -= change[k:]
             if not self._is_near(u):
@@ -174,6 +133,7 @@ class DirectedJump(Relaxation):
 
 MOST_PASSED = 10  # instants of a cycle passed by implicit steps
 MOST_SHORTENED = 8  # lengths of such steps that are tried
+FEW_SWEEPS = 100  # over the nodes in such a step: one that takes more is too long
 
 
 class SpaceEvents(EventMethod):
@@ -278,7 +238,7 @@ class SpaceEvents(EventMethod):
             return False
         reaction = self.reaction(load)
         if np.abs(reaction).max() <= self.precision.force and not mo.u[self.problem.layout.gaps].any():
-            steps = self._implicit_steps(np.stack([load, after]))
+            steps = self._implicit_steps(after[None], MOST_SWEEPS)
             if steps:
                 self._pass(rest, steps[0], 0.5, EventKind.LOAD_STEP)  # the reaction rises linearly
             return bool(steps)
@@ -288,9 +248,7 @@ class SpaceEvents(EventMethod):
             return False
         allowed, share = self.accuracy * self.scale.length, PER_CENT * rest
         for _ in range(MOST_SHORTENED):
-            steps = self._implicit_steps(
-                load + np.outer([0.0, 0.5 * share, share], after - before), FEW_TURNS
-            )
+            steps = self._implicit_steps(load + np.outer([0.5 * share, share], after - before), FEW_SWEEPS)
             ends = [mo.u, *(step.u for step in steps)]
             uneven = float(np.abs(np.diff(ends, 2, axis=0)).max()) if len(steps) == 2 else np.inf
             if uneven <= allowed:
@@ -302,22 +260,26 @@ class SpaceEvents(EventMethod):
             share *= max(PER_CENT, min(0.5, 0.5 * np.sqrt(allowed / uneven)))
         return False
 
-    def _implicit_steps(self, loads: FloatArray, turns: int = TURNS) -> list[StepEnd]:
-        """The ends of implicit steps from the present state between welded reactions, as far as there are.
+    def _implicit_steps(self, loads: FloatArray, most: int) -> list[StepEnd]:
+        """The ends of implicit steps from the present state to welded reactions (k, 3n), as far as there are.
 
-        Each is found in so many turns, or not at all.
+        Each is found in so many sweeps over the nodes, or not at all.
         """
-        layout, u, ends = self.problem.layout, self.u, list[StepEnd]()
-        A, B, C = layout.blocks(self.kappa)
-        body = A, B, C if self.problem.C is not None else None
-        joint = ImplicitJoint(*body, self.problem.f, self.scale.force)
-        joint.turns = turns
-        for path in pairwise(loads):
-            end = end_at_once(joint, layout, u, np.stack(path))
-            if end is None:
+        problem, layout, u, ends = self.problem, self.problem.layout, self.u, list[StepEnd]()
+        nodes = contact_nodes(layout, self.kappa, problem.f, problem.C is not None, self.scale.force)
+        at, small = places_by_node(layout), self.tolerances.convergence * self.scale.length
+        for load in loads:
+            given, by_node, slip = load[at][None], u[at], np.empty((1, layout.slip_size))
+            sweeps, _, failed, _ = load_steps(nodes, given, by_node, small, most, np.empty_like(given), slip)
+            count_work(sweeps * layout.size**2)
+            if failed >= 0:
                 break
-            ends.append(end)
-            u = end.u
+            u = np.empty_like(u)
+            u[at] = by_node
+            reaction, length, is_open = load + self.kappa @ u, problem.law.size(slip[0]), u[layout.gaps] > 0.0
+            work = -(layout.by_node(reaction[layout.slips]) * layout.by_node(slip[0])).sum(axis=1)
+            contact = np.where(is_open, OPEN, np.where((length > 0.0) | (problem.f == 0.0), SLIP, STICK))
+            ends.append(StepEnd(u, contact, work, length))
         return ends
 
     def _pass(self, share: float, end: StepEnd, work: float, kind: EventKind) -> None:

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from benchmarks.implicit_joint import ImplicitJoint
 from benchmarks.space_verdicts import KINDS, random_joint
 from shakedown.motion.checked_law import law_resolution, law_violation, scales
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.space import space_events
-from shakedown.motion.space.implicit_step import ImplicitJoint
 from shakedown.motion.space.space_events import SpaceEvents
 
 LOAD_FACTOR = 0.9776574724999321

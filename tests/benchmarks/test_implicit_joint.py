@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from benchmarks.implicit_joint import ImplicitJoint
 from shakedown.joint.law import Law, Layout
 from shakedown.motion.checked_law import Scales, law_violation
 from shakedown.motion.fixed_steps import contact_nodes, load_steps, places_by_node
-from shakedown.motion.space.implicit_step import ImplicitJoint
 
 
 def blocks(n, seed, coupling=1.0):
