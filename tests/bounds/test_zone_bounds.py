@@ -54,6 +54,38 @@ def test_a_zone_whose_program_comes_to_no_end_is_left_out(monkeypatch):
     assert search.load_factor > -np.inf
 
 
+@pytest.mark.parametrize("unit", [1e6])
+def test_a_closed_node_that_moves_with_open_ones_alone_is_pinned(unit):
+    """A part held by friction alone, of which one node stays closed: its stiffness is round-off."""
+    generator, open_nodes, free, held = np.random.default_rng(3), [0, 2], [0, 2, 3, 5], [1, 4]
+    for _ in range(10):
+        factor = generator.normal(size=(7, 6))
+        factor[:, :2] -= factor[:, :2].mean(axis=1, keepdims=True)  # the motion (1, 1, 0 | 0, 0, 0)
+        kappa = unit * factor.T @ factor
+        flexibility = np.linalg.inv(kappa[np.ix_(free, free)])
+        swing = generator.uniform(-0.5, 0.5, (4, 6))
+        load = swing - swing.mean(axis=0)
+        load[:, free] -= kappa[np.ix_(free, free)] @ [0.0, 0.0, 1e3 / unit, 1e3 / unit]  # the mean gaps
+        left = kappa[np.ix_(held, free)] @ flexibility
+        load[:, held] += load[:, free].mean(axis=0) @ left.T + [0.0, 10.0]
+        joint = shakedown.Problem(
+            A=kappa[:3, :3],
+            B=kappa[3:, :3],
+            C=kappa[3:, 3:],
+            f=0.5,
+            q_w=load[:, :3],
+            p_w=load[:, 3:],
+        )
+        q, p = (load[:, held] - load[:, free] @ left.T - [0.0, 10.0]).T
+        exact = 5.0 / np.maximum(q - 0.5 * p, -q - 0.5 * p).max()  # Coulomb's law of one node, no slip in it
+        found = upper_bound(joint, open_nodes=open_nodes)
+        assert found.pinned == (1,)
+        assert found.load_factor == pytest.approx(exact, rel=1e-8)
+        assert shakedown.energy_bound(joint, open_nodes=open_nodes).load_factor == pytest.approx(
+            exact, rel=1e-8
+        )
+
+
 @pytest.mark.parametrize(("seed", "n"), [(13, 7)])
 def test_in_space_no_zone_that_differs_in_one_node_is_better(seed, n):
     """The search ended where no row asked for a node, at two thirds of λ_max and less."""
@@ -74,7 +106,7 @@ def test_of_many_nodes_in_space_those_next_to_opening_or_closing_are_tried():
 
 
 @pytest.mark.parametrize("d", [1, 2])
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(6))
 def test_without_friction_the_mean_load_opens_what_pulls_and_nothing_else(seed, d):
     """The complementarity that has one solution; nodes of six and more, and their gaps in both directions of slip."""
     joint = partly_open(seed, 6 + seed % 7, d=d)
@@ -87,14 +119,6 @@ def test_without_friction_the_mean_load_opens_what_pulls_and_nothing_else(seed, 
     w, p = u[-joint.n :], (r_w + kappa @ u)[-joint.n :]
     assert (w[is_open] >= 0).all()
     assert (p[~is_open] >= 0).all()
-
-
-@pytest.mark.parametrize("seed", [2, 7, 8, 10])
-def test_the_zone_that_opens_without_friction_is_safe_under_the_mean_load(seed):
-    joint = partly_open(seed, 8, d=2)
-    opened = opened_by_mean_load(joint, friction=False)
-    assert opened
-    assert upper_bound(joint, open_nodes=opened).load_factor > 0
 
 
 @pytest.mark.parametrize("seed", [11])
@@ -174,22 +198,6 @@ def test_impossible_is_said_only_where_every_zone_was_tried():
     assert upper_bound(slides_away(7)).status == "infeasible"  # with all nodes closed
 
 
-def test_the_receding_block_has_a_bound():
-    upper = upper_bound(RECEDING, open_nodes="auto")
-    assert upper_bound(RECEDING).status == "infeasible"
-    assert upper.status == "optimal"
-    assert upper.open_nodes == (0, 1, 2, 3, 4, 28, 29, 30, 31, 32)
-
-
-def test_with_all_nodes_closed_nothing_changes():
-    for name in ("two-node", "block-9"):
-        problem = shakedown.example(name)
-        plain, searched = upper_bound(problem), upper_bound(problem, open_nodes="auto")
-        assert searched.open_nodes == plain.open_nodes == ()
-        assert searched.load_factor == plain.load_factor
-        assert searched.certified == plain.certified
-
-
 def test_the_safe_slip_of_a_zone_has_slack_at_every_row():
     upper = upper_bound(RECEDING, open_nodes="auto")
     safe = safe_slip(RECEDING, 0.5 * upper.load_factor, open_nodes=upper.open_nodes)
@@ -212,39 +220,7 @@ def test_a_wrong_zone_is_reported_not_believed():
         upper_bound(replace(RECEDING, C=None), open_nodes=[0])
 
 
-@pytest.mark.parametrize("unit", [1.0, 1e6])
-def test_a_closed_node_that_moves_with_open_ones_alone_is_pinned(unit):
-    """A part held by friction alone, of which one node stays closed: its stiffness is round-off."""
-    generator, open_nodes, free, held = np.random.default_rng(3), [0, 2], [0, 2, 3, 5], [1, 4]
-    for _ in range(10):
-        factor = generator.normal(size=(7, 6))
-        factor[:, :2] -= factor[:, :2].mean(axis=1, keepdims=True)  # the motion (1, 1, 0 | 0, 0, 0)
-        kappa = unit * factor.T @ factor
-        flexibility = np.linalg.inv(kappa[np.ix_(free, free)])
-        swing = generator.uniform(-0.5, 0.5, (4, 6))
-        load = swing - swing.mean(axis=0)
-        load[:, free] -= kappa[np.ix_(free, free)] @ [0.0, 0.0, 1e3 / unit, 1e3 / unit]  # the mean gaps
-        left = kappa[np.ix_(held, free)] @ flexibility
-        load[:, held] += load[:, free].mean(axis=0) @ left.T + [0.0, 10.0]
-        joint = shakedown.Problem(
-            A=kappa[:3, :3],
-            B=kappa[3:, :3],
-            C=kappa[3:, 3:],
-            f=0.5,
-            q_w=load[:, :3],
-            p_w=load[:, 3:],
-        )
-        q, p = (load[:, held] - load[:, free] @ left.T - [0.0, 10.0]).T
-        exact = 5.0 / np.maximum(q - 0.5 * p, -q - 0.5 * p).max()  # Coulomb's law of one node, no slip in it
-        found = upper_bound(joint, open_nodes=open_nodes)
-        assert found.pinned == (1,)
-        assert found.load_factor == pytest.approx(exact, rel=1e-8)
-        assert shakedown.energy_bound(joint, open_nodes=open_nodes).load_factor == pytest.approx(
-            exact, rel=1e-8
-        )
-
-
-@pytest.mark.parametrize("power", [-40, 13, 25, 40])
+@pytest.mark.parametrize("power", [-40, 25])
 @pytest.mark.parametrize(("seed", "index"), [(503, 6), (516, 2)])
 def test_rows_that_no_slip_changes_do_not_set_the_units_of_the_others(power, seed, index):
     """In the plane as in space: gaps of a zone that no slip opens have lengths, discs have forces."""
@@ -261,7 +237,7 @@ def test_rows_that_no_slip_changes_do_not_set_the_units_of_the_others(power, see
     assert conic.load_factor == pytest.approx(here.load_factor, rel=1e-7)
 
 
-@pytest.mark.parametrize("power", [-40, 20, 40])
+@pytest.mark.parametrize("power", [-40, 40])
 def test_a_row_without_unknowns_that_is_violated_is_seen_in_any_units(power):
     problem = replace(drawn_joint(902, 4), initial_slip=None)
     stiffness = {key: getattr(problem, key) * 2.0**power for key in "ABC"}
@@ -269,7 +245,7 @@ def test_a_row_without_unknowns_that_is_violated_is_seen_in_any_units(power):
     assert conic_upper_bound(replace(problem, **stiffness), open_nodes=(0,)).status == "infeasible"
 
 
-@pytest.mark.parametrize("power", [-40, -20, 0, 40])
+@pytest.mark.parametrize("power", [-40, 40])
 def test_a_row_of_the_load_factor_alone_says_nothing_of_its_unit(power):
     """A gap that no slip opens: beside the others its load factor spread over 24 decades, "unbounded"."""
     problem = replace(drawn_joint(902, 9), initial_slip=None)
