@@ -200,8 +200,8 @@ def sweep(
             progress=update,
             **settings,
         )
-    if not any(point.exists for point in found.points):
-        raise click.UsageError(f"--vary: no value makes a joint: {found.points[0].reason}")
+    if not any(point["exists"] for point in found.points):
+        raise click.UsageError(f"--vary: no value makes a joint: {found.points[0]['reason']}")
     spoken = next(iter(settings["load_factors"]), 1.0)
     draw(picture, "regions", found, load_factor=spoken)
     sheet = partial(sweep_sheet, problem, found, spoken)

@@ -1,8 +1,11 @@
 """Joints that several tests share: random ones, changed units, limit cycles of period two, slow approach."""
 
+from dataclasses import replace
+
 import numpy as np
 
 import shakedown
+from shakedown.joint.constraints import loading
 
 FAMILY = [  # a (A₁₂), f B, impulses, load factor, initial slip, the two dissipations
     (0.039343246055341285,
@@ -154,3 +157,18 @@ def wild_joint(rng):
     start = rng.normal(size=n) * length * 10.0 ** rng.uniform(-3, 1) if rng.random() < 0.3 else None
     K, P = force / length, force
     return shakedown.Problem(A=A * K, B=B * K, C=C * K, f=f, q_w=q * P, p_w=p * P, **more), start
+
+
+def random_paths(problem, count, seed=0):
+    """The joint with the load steps of its loop in random order: of a load domain, paths through it.
+
+    The constant part of the loading is kept, transient load steps are left out.
+    """
+    generator, loop = np.random.default_rng(seed), loading(problem)
+    for _ in range(count):
+        order, history = generator.permutation(problem.m), problem.load_history
+        yield replace(
+            problem, q_w=problem.q_w[order], p_w=problem.p_w[order], q_mean=loop.q0, p_mean=loop.p0,
+            load_history=None if history is None else history[order], q_transient=None, p_transient=None,
+            load_path="loop",
+        )  # fmt: skip

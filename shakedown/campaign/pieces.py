@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
-    CancelledError,
     Executor,
     Future,
     ProcessPoolExecutor,
@@ -46,7 +45,6 @@ from shakedown.ground.work_limit import all_cores
 from shakedown.joint.problem import Problem
 
 PATIENCE = 30.0  # seconds to wait for the scheduler, and then for its first worker
-SAME = "scheduler: expected workers with the versions of this process"
 
 
 @contextmanager
@@ -76,7 +74,13 @@ def cluster_executor(address: str | None) -> Iterator[Executor | None]:
     log.setLevel(logging.CRITICAL)
     client = _connected(address)
     try:
-        yield _Checked(client)
+        for place, found in client.run(_differing, versions(), on_error="return").items():
+            if found:  # what differs, or an error
+                shown = found if isinstance(found, str) else repr(found)
+                raise UsageError(
+                    f"scheduler: expected workers with the versions of this process, found at {place} {shown}"
+                )
+        yield client.get_executor(pure=False)
     except KilledWorker:
         raise SolverError("scheduler: workers died one after the other (killed, or out of memory?)") from None
     except Exception as error:  # a future of dask that is lost while it ends raises whatever it likes
@@ -87,30 +91,6 @@ def cluster_executor(address: str | None) -> Iterator[Executor | None]:
     finally:
         client.close()
         log.setLevel(level)
-
-
-class _Checked(Executor):
-    """The executor of a client on workers with the versions of this process, also those that join later."""
-
-    def __init__(self, client: Any) -> None:
-        self._client, self._executor = client, client.get_executor(pure=False)
-        for place, found in client.run(_differing, versions(), on_error="return").items():
-            if found:  # what differs, or an error
-                raise UsageError(
-                    f"{SAME}, found at {place} {found if isinstance(found, str) else repr(found)}"
-                )
-
-    def submit(self, *call: Any, **named: Any) -> Future[Any]:
-        if self._client.status != "running":  # it tries to connect again, for half a minute
-            raise CancelledError
-        found: Future[Any] = self._executor.submit(_checked_call, versions(), *call, **named)
-        return found
-
-
-def _checked_call(expected: dict[str, str], /, *call: Any, **named: Any) -> Any:
-    if found := _differing(expected):
-        raise UsageError(f"{SAME}, found where another one has joined {found}")
-    return call[0](*call[1:], **named)
 
 
 def _differing(expected: dict[str, str]) -> str:

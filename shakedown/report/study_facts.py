@@ -106,9 +106,7 @@ def map_sheet(problem: Problem, found: InitialStateMap | InitialStateMaps) -> Sh
     if isinstance(found, InitialStateMaps):
         return Sheet(headline(problem), sections=_over_load_factors(found, path))
     said = [notes.GRID] * (found.sampling.sampler == "grid") + [notes.SHARE]
-    if found.same_outcome:
-        untried = notes.MAP_IMPOSSIBLE if found.impossible_everywhere else notes.UNTRIED
-        said.append(notes.MAP_PROVED if found.proved_everywhere else untried)
+    said += [notes.UNTRIED] * bool(found.same_outcome)
     said += [notes.SPREAD] if found.limit_cycles else []
     sections = [_limit_cycles(found), Section(notes=[*path, *said])]
     return Sheet(headline(problem), [share(found)], None, map_facts(found), sections)
@@ -277,10 +275,10 @@ def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> She
             text = name if name.startswith("proved") else REGIONS[name]
             facts.append(Fact(f"{here} {text}", _places(found, regions == name)))
     facts += _largest(found) if len(found.points) > 1 else []
-    missing = [point for point in found.points if not point.exists]
+    missing = [point for point in found.points if not point["exists"]]
     for point in missing[:1]:
         where = f"at {len(missing)} of {len(found.points)} points"
-        facts.append(Fact("no joint", where, note=point.reason))
+        facts.append(Fact("no joint", where, note=point["reason"]))
     said = [notes.AT_VALUES] * (len(found.points) > 1) + [notes.LOAD_DOMAIN] * problem.is_domain
     said += [notes.OF_ZONES] * bool(found.in_zone.any())
     limits = {here: [REGIONS[str(name)] for name in regions.ravel()]}
@@ -288,13 +286,13 @@ def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> She
         limits[heading] = [number(size, SHOWN, way) for size in sizes.ravel()]
     sections = [Section("", (), [_table(found, limits)], said)]
     simulated = {
-        f"λ = {factor:g}": [str(point.outcomes[k]) if point.exists else "–" for point in found.points]
+        f"λ = {factor:g}": [outcome or "–" for outcome in found.outcomes[..., k].ravel()]
         for k, factor in enumerate(found.load_factors_simulated)
     }
-    slips = found.slip_criteria
-    for asked in [each for each in slips if each is not None][:1]:
-        heading = f"slips below {sized(asked.below, units_of(problem).length)} up to"
-        simulated[heading] = [number(each and each.load_factor, SHOWN, "down") for each in slips]
+    slips = [point.get("slip_criterion", {}) for point in found.points]
+    for asked in [each for each in slips if each][:1]:
+        heading = f"slips below {sized(asked['below'], units_of(problem).length)} up to"
+        simulated[heading] = [number(each.get("load_factor"), SHOWN, "down") for each in slips]
     if simulated:
         sections.append(Section("Simulated from this state", (), [_table(found, simulated)]))
     return Sheet(headline(problem, limits=True), (), None, facts, sections)
@@ -355,7 +353,7 @@ def _table(found: Sweep, columns: dict[str, list[str]]) -> Table:
         named = name if found.meanings[axis] else with_unit(name, found.units[axis])
         own = named if len(named) <= LONGEST_HEADING else shortened(name, LONGEST_HEADING)
         heading = f"{found.meanings[axis]} ×" if found.is_factor(axis) else own
-        names[heading] = [number(point.values[axis], SHOWN) for point in found.points]
+        names[heading] = [number(point["values"][name], SHOWN) for point in found.points]
     return Table.of(names | columns, [name for name in columns if name.startswith("at ")], len(names))
 
 

@@ -7,17 +7,13 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.bounds.every_state.universal_bound import universal_bound
-from shakedown.bounds.upper import upper_bound
-from shakedown.ground.constants import NEGLIGIBLE, FloatArray
-from shakedown.ground.errors import Missing, allowed
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.shown_values import plain
 from shakedown.ground.status import Outcome
 from shakedown.joint.constraints import constraints
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import LongTermStates
-from shakedown.motion.checked_law import admissible
 from shakedown.programs.polygon import corners
 from shakedown.studies.limit_cycles import (
     LOOKED_AT,
@@ -171,26 +167,6 @@ class InitialStateMap(LongTermStates):
         """
         undecided = self.sampled.start + np.flatnonzero(self.outcome[self.sampled] == Outcome.UNDECIDED)
         return undecided_reasons(self.sampling, self.initial_slip, undecided)
-
-    @cached_property
-    def proved_everywhere(self) -> bool:
-        """Whether the load factor lies below λ_U: proved from states not tried, too."""
-        if self.problem.q_transient is not None:
-            return False  # λ_U is about the states that the transient leaves
-        found = allowed(universal_bound, self.problem, tolerances=self.sampling.tolerances)
-        return not isinstance(found, Missing) and self.load_factor < (1.0 - NEGLIGIBLE) * found.load_factor
-
-    @cached_property
-    def impossible_everywhere(self) -> bool:
-        """Whether the load factor lies above λ_max: no state shakes down while all nodes stay in contact."""
-        found = allowed(upper_bound, self.problem, certify=False, tolerances=self.sampling.tolerances)
-        beyond = 1.0 + self.sampling.tolerances.agreement
-        return not isinstance(found, Missing) and self.load_factor > beyond * found.load_factor
-
-    @property
-    def admissible(self) -> NDArray[np.bool_]:
-        """Which initial slips keep all nodes closed and within their limits at the first load, by row."""
-        return admissible(self.problem, self.load_factor, self.initial_slip, self.sampling.tolerances)
 
     @cached_property
     def region_type(self) -> str:

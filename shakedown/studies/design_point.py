@@ -1,12 +1,12 @@
 """A design: a joint with some parameters changed, and its limits."""
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import inf, nan
 from numbers import Real
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,13 +17,12 @@ from shakedown.bounds.registry import BOUNDS, Claim, kinds_of
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.constants import EPS, MANY, SIX_DIGITS, THREE_DIGITS, FloatArray
 from shakedown.ground.errors import BudgetExceeded, Missing, UsageError, allowed
-from shakedown.ground.shown_values import few, nodes_in_words, shortened, up
+from shakedown.ground.shown_values import few, nodes_in_words, short, shortened, up
 from shakedown.ground.status import Guarantee, Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import is_finite, real_array, require_problem
 from shakedown.joint.constraints import Loading, loading
 from shakedown.joint.problem import Problem
-from shakedown.joint.result import Result
 from shakedown.joint.units import NO_LOADS, scaled_units
 from shakedown.long_term.find_state import long_term_state
 from shakedown.models.importing.import_model import Import, import_model
@@ -260,229 +259,134 @@ def checked_variation(
     """The joint with its parameters, and their values; ``UsageError`` where they make no grid."""
     if not 1 <= len(vary) <= 2 or not all(isinstance(name, str) for name in vary):
         raise UsageError(f"vary: expected one or two parameters by name, found {shortened(repr(vary))}")
-    if isinstance(joint, Problem | Import):
-        base = joint if isinstance(joint, Problem) else joint.problem
-        _check_meanings(vary, base.load_names or (), imported=isinstance(joint, Import))
+    meanings = [parameter_of(name) for name in vary]
+    for name, meaning in zip(vary, meanings, strict=True):
+        if isinstance(joint, Problem) and not meaning:
+            found = shortened(repr(name))
+            raise UsageError(f"vary: expected one of {', '.join(PARAMETERS)}, found {found}")
+        loads = (joint.problem.load_names or ()) if isinstance(joint, Import) else ()
+        if isinstance(joint, Import) and meaning and (name in loads or name == "friction"):
+            raise UsageError(
+                "vary: expected a name of one thing, like f (the friction coefficient) or friction.factor (a "
+                f"factor on it), found {name!r}, also a key of the configuration or a load"
+            )
+    if isinstance(joint, Problem | Import) and len(vary) == 2 and meanings[0] == meanings[1] != "":
+        raise UsageError(f"vary: expected each parameter once, found {meanings[0]} twice")
     values = tuple(_rising(name, given) for name, given in vary.items())
     if (count := int(np.prod([len(v) for v in values]))) > MANY:
         raise BudgetExceeded(f"vary: {count:,} points are more than {MANY:,}; nothing was computed")
     return Variation(joint, tuple(vary)), values
 
 
-def _check_meanings(names: Iterable[str], loads: Sequence[str], *, imported: bool) -> None:
-    """Raise ``UsageError`` where a name means nothing, or may mean two things, or two mean the same."""
-    for name in names:
-        if not imported and not parameter_of(name):
-            found = shortened(repr(name))
-            hint = " (a load can be varied in the CONFIG.toml of its import)" if name in loads else ""
-            raise UsageError(f"vary: expected one of {', '.join(PARAMETERS)}, found {found}{hint}")
-        if imported and name in loads and parameter_of(name):
-            raise UsageError(f"vary: expected a name of one thing, found {name!r}, a parameter and a load")
-        if imported and name == "friction":
-            raise UsageError(
-                "vary: expected f (the friction coefficient) or friction.factor (a factor on it), found "
-                "'friction', which is both a key of the configuration and the name of the factor"
-            )
-    meanings = [parameter_of(name) for name in names if parameter_of(name) in FACTORS]
-    if len(set(meanings)) < len(meanings):
-        raise UsageError(f"vary: expected each parameter once, found the factor {meanings[0]} twice")
-
-
 def _rising(name: str, given: ArrayLike) -> FloatArray:
-    values = real_array(f"vary {shortened(name)}", [given] if isinstance(given, Real) else given)
-    if values.ndim != 1 or len(values) == 0:
-        raise UsageError(f"vary {shortened(name)}: expected one value or more, found shape {values.shape}")
-    falling = np.flatnonzero(np.diff(values) <= 0)
-    if falling.size:
-        before, after = values[falling[0]], values[falling[0] + 1]
-        raise UsageError(f"vary {shortened(name)}: expected rising values, found {after:g} after {before:g}")
+    where = f"vary {shortened(name)}"
+    values = real_array(where, [given] if isinstance(given, Real) else given)
+    if values.ndim != 1 or not len(values) or (np.diff(values) <= 0).any():
+        raise UsageError(f"{where}: expected rising values, at least one, found {short(values)}")
     return values
 
 
 ALL = 9  # digits, so that contradictions are visible
 
 
-class DesignLimit(NamedTuple):
-    """One limit of the load factor.
+Record = dict[str, Any]
+"""What is known of a point, as JSON says it; numbers may be NaN or infinite."""
 
-    Attributes
-    ----------
-    load_factor
-        NaN where there is none, inf where every load factor is on its safe side.
-    status
-        How it was found (:class:`Status`).
-    remark
-        What else should be known; empty where nothing.
-    low, high
-        For λ_T: shakedown is proved at ``low``, a cycle was found at ``high``; else NaN.
+
+def no_point(values: Mapping[str, float], reason: str) -> Record:
+    """The record of a point at which there is no joint; the keys of every record, but for those of limits.
+
+    ``exists``, ``values`` of the parameters, ``reason`` why there is no joint; ``guarantee``: whether λ_1 is
+    a guarantee, empty where it was not asked for; ``open_nodes`` in the state that λ_max and λ_E belong to;
+    ``proved_from_this_state`` as ``assess`` has it, whichever limits from this state are asked for;
+    ``outcomes`` at each load factor that was asked for; ``contradictions``: limits that cannot all be right,
+    in words.
     """
-
-    load_factor: float
-    status: Status
-    remark: str = ""
-    low: float = nan
-    high: float = nan
-
-
-class SlipAllowed(NamedTuple):
-    """The load factor up to which slips stay below a length, as ``slip_limit.SlipLimit`` has it.
-
-    Attributes
-    ----------
-    below
-        The length [length].
-    load_factor
-        The largest load factor simulated up to which every slip range does; NaN where there is none.
-    largest
-        The largest slip range there [length].
-    """
-
-    below: float
-    load_factor: float
-    largest: float
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class DesignPoint(Result):
-    """The limits of the load factor of one joint.
-
-    Attributes
-    ----------
-    values
-        The values of the parameters.
-    limits
-        By name (``lower``, ``universal``, ``energy``, ``accumulated``, ``transient``, ``upper``);
-        empty where there is no such joint.
-    guarantee
-        Whether λ_1 is a guarantee (as that bound says it); empty where it was not asked for.
-    open_nodes
-        Nodes that stay open in the state that λ_max and λ_E belong to.
-    reason
-        Why there is no such joint; empty where there is.
-    proved_from_this_state
-        As ``assess`` has it, whichever limits from this state are asked for; NaN where none is, or not known.
-    outcomes
-        What becomes of the joint at each load factor that was asked for (:class:`Outcome`).
-    contradictions
-        Limits that cannot all be right, in words: an error of this toolkit or of its theory.
-    slip_criterion
-        Up to which load factor slips stay below a length; None where that was not asked for.
-    """
-
-    values: tuple[float, ...]
-    limits: dict[str, DesignLimit] = field(default_factory=dict)
-    guarantee: str = ""
-    open_nodes: tuple[int, ...] = ()
-    reason: str = ""
-    proved_from_this_state: float = nan
-    outcomes: tuple[Outcome, ...] = ()
-    contradictions: tuple[str, ...] = ()
-    slip_criterion: SlipAllowed | None = None
-
-    @property
-    def exists(self) -> bool:
-        """Whether the values of the parameters make a joint."""
-        return not self.reason
-
-
-def point_of(said: dict[str, Any]) -> DesignPoint:
-    """The point whose fields JSON has said."""
-    fields: dict[str, Any] = {
-        name: tuple(each) if isinstance(each, list) else each for name, each in said.items()
+    return {
+        "exists": not reason,
+        "values": dict(values),
+        "reason": reason,
+        "guarantee": "",
+        "open_nodes": [],
+        "proved_from_this_state": nan,
+        "outcomes": [],
+        "contradictions": [],
     }
-    limits = {
-        name: DesignLimit(at, Status(status), *rest) for name, (at, status, *rest) in said["limits"].items()
-    }
-    fields |= {"limits": limits, "outcomes": tuple(map(Outcome, said["outcomes"]))}
-    slips = said["slip_criterion"]
-    return DesignPoint(**fields | {"slip_criterion": slips and SlipAllowed(*slips)})
 
 
-class Question(NamedTuple):
-    """The request for every point.
+def design_point(
+    problem: Problem,
+    values: Mapping[str, float],
+    *,
+    bounds: tuple[str, ...] = tuple(BOUNDS),
+    load_factors: tuple[float, ...] = (),
+    initial_slip: FloatArray | None = None,
+    open_nodes: tuple[()] | Literal["auto"] = "auto",
+    quick: bool = False,
+    slip_below: float | None = None,
+    tolerances: Tolerances = DEFAULT,
+) -> Record:
+    """The limits of one joint, each by its fastest method: the keys of :func:`no_point`, and one per limit.
 
-    Attributes
-    ----------
-    bounds
-        Names of the limits.
-    load_factors
-        Where to simulate.
-    initial_slip : (n,) or None
-        The state that λ_E, λ_S, λ_T and simulations are about [length]; zero by default.
-    open_nodes
-        ``"auto"``: the zone with the largest λ_max; ``()``: all nodes in contact.
-    quick
-        λ_T to 0.1 %.
-    slip_below
-        A length that slip ranges are to stay below; None: nothing is asked about slips.
-    tolerances
-        What decides.
-    """
-
-    bounds: tuple[str, ...] = tuple(BOUNDS)
-    load_factors: tuple[float, ...] = ()
-    initial_slip: FloatArray | None = None
-    open_nodes: tuple[()] | Literal["auto"] = "auto"
-    quick: bool = False
-    slip_below: float | None = None
-    tolerances: Tolerances = DEFAULT
-
-
-def design_point(problem: Problem, values: tuple[float, ...], question: Question) -> DesignPoint:
-    """The limits of one joint, each by its fastest method.
-
-    A limit whose program fails is undecided, with the reason as its remark.
+    Each limit has its ``load_factor``, NaN where there is none, inf where every one is on its safe side; its
+    ``status`` (:class:`Status`); a ``remark``; of λ_T ``low``, at which shakedown is proved, and ``high``, at
+    which a cycle was found. A limit whose program fails is undecided, with the reason as its remark. With
+    ``slip_below`` there is ``slip_criterion``, as :class:`~shakedown.assessment.transient_limit.SlipLimit`.
+    The other arguments are those of :func:`~shakedown.studies.sweep.sweep`.
 
     Examples
     --------
     >>> import shakedown
-    >>> point = design_point(shakedown.example("two-node"), (0.35,), Question())
-    >>> {name: round(limit.load_factor, 3) for name, limit in point.limits.items()}
-    {'lower': 0.657, 'universal': 0.657, 'energy': 0.662, 'accumulated': 0.732, ...}
+    >>> point = design_point(shakedown.example("two-node"), {"f": 0.35}, bounds=("lower", "energy"))
+    >>> round(point["lower"]["load_factor"], 3), round(point["energy"]["load_factor"], 3)
+    (0.657, 0.662)
     """
-    start, tolerances = question.initial_slip, question.tolerances
     joint = JointLimits(
         problem,
-        start,
-        zone=question.open_nodes,
+        initial_slip,
+        zone=open_nodes,
         certify=False,
-        accuracy=THREE_DIGITS if question.quick else SIX_DIGITS,
+        accuracy=THREE_DIGITS if quick else SIX_DIGITS,
         tolerances=tolerances,
     )
-    found: dict[str, Any] = {name: allowed(getattr, joint, name) for name in question.bounds}
+    found: dict[str, Any] = {name: allowed(getattr, joint, name) for name in bounds}
     found |= {name: each for name, each in vars(joint).items() if name in BOUNDS}  # what these rest on
     limits = {name: _limit(name, each) for name, each in found.items()}
-    guarantee = found["lower"].guarantee if found.get("lower") else ""
-    open_nodes = found["upper"].open_nodes if found.get("upper") else ()
-    here = allowed(getattr, joint, "proved_from_this_state") if {*question.bounds} & {*from_here()} else nan
+    guarantee = str(found["lower"].guarantee) if found.get("lower") else ""
+    opened = found["upper"].open_nodes if found.get("upper") else ()
+    proofs = [kind.name for kind in kinds_of(Claim.THIS_STATE)]
+    here = allowed(getattr, joint, "proved_from_this_state") if {*bounds} & {*proofs} else nan
     ends = [  # missing where loads are too large to follow
-        allowed(long_term_state, problem, x, start, tolerances=tolerances) for x in question.load_factors
+        allowed(long_term_state, problem, x, initial_slip, tolerances=tolerances) for x in load_factors
     ]
-    slips = None if question.slip_below is None else _slips(joint, question.slip_below)
-    proofs = from_here()
     if problem.q_transient is None:  # these are about closed nodes, and a transient may open some
         proofs += ["universal"] + ["lower"] * (guarantee == Guarantee.PROVED)
-    proved = {name: limits[name] for name in proofs if name in limits}
-    contradictions = [*out_of_order(limits, tolerances, closed=not open_nodes)]
-    if found.get("transient") and not open_nodes:
+    numbers = {name: limit["load_factor"] for name, limit in limits.items()}
+    contradictions = [*out_of_order(numbers, tolerances, closed=not opened)]
+    if found.get("transient") and not opened:
+        proved = {name: numbers[name] for name in proofs if name in numbers}
         contradictions += cycles_below(proved, found["transient"], tolerances)
-    return DesignPoint(
-        values=values,
-        limits={name: limits[name] for name in question.bounds},
-        guarantee=guarantee if "lower" in question.bounds else "",
-        open_nodes=open_nodes,
-        proved_from_this_state=nan if isinstance(here, Missing) else here,
-        outcomes=tuple(end.outcome if end else Outcome.UNDECIDED for end in ends),
-        contradictions=tuple(contradictions),
-        slip_criterion=slips,
-    )
+    record = no_point(values, "") | {name: limits[name] for name in bounds}
+    if slip_below is not None:
+        slips = allowed(joint.slip, slip_below)
+        known = (slips.load_factor, slips.largest) if slips else (nan, nan)
+        words = ("below", "load_factor", "largest")
+        record["slip_criterion"] = dict(zip(words, (slip_below, *known), strict=True))
+    return record | {
+        "guarantee": guarantee if "lower" in bounds else "",
+        "open_nodes": list(opened),
+        "proved_from_this_state": nan if isinstance(here, Missing) else here,
+        "outcomes": [str(end.outcome if end else Outcome.UNDECIDED) for end in ends],
+        "contradictions": contradictions,
+    }
 
 
-def _limit(name: str, result: Bound | Missing | None) -> DesignLimit:
+def _limit(name: str, result: Bound | Missing | None) -> Record:
     """A limit with how it was found."""
+    words = "load_factor", "status", "remark", "low", "high"
     if result is None or isinstance(result, Missing):
-        reason = "no finite λ_max to scan up to" if result is None else result.reason
-        return DesignLimit(nan, Status.UNDECIDED, reason)
+        why = "no finite λ_max to scan up to" if result is None else result.reason
+        return dict(zip(words, (nan, str(Status.UNDECIDED), why, nan, nan), strict=True))
     remarks, status, least = [result.reason] if result.reason else [], result.status, result.least_load_factor
     if BOUNDS[name].claim == Claim.IMPOSSIBLE:
         if result.open_nodes:
@@ -493,40 +397,28 @@ def _limit(name: str, result: Bound | Missing | None) -> DesignLimit:
     elif 0 < least < inf:
         remarks, status = [f"proved only from λ = {up(least)} on"], Status.UNDECIDED
     followed = BOUNDS[name].claim == Claim.FOLLOWED
-    load_factor = nan if followed and status != Status.OPTIMAL else result.load_factor
-    ends = (result.proved, result.cycling) if followed else ()
-    return DesignLimit(load_factor, status, "; ".join(remarks), *ends)
+    load_factor = nan if followed and status != Status.OPTIMAL else float(result.load_factor)
+    ends = (result.proved, result.cycling) if followed else (nan, nan)
+    return dict(zip(words, (load_factor, str(status), "; ".join(remarks), *ends), strict=True))
 
 
-def from_here() -> list[str]:
-    """The limits that are proved from the state asked about."""
-    return [kind.name for kind in kinds_of(Claim.THIS_STATE)]
-
-
-def _slips(joint: JointLimits, below: float) -> SlipAllowed:
-    found = allowed(joint.slip, below)
-    if isinstance(found, Missing):
-        return SlipAllowed(below, nan, nan)
-    return SlipAllowed(below, found.load_factor, found.largest)
-
-
-def out_of_order(limits: Mapping[str, DesignLimit], tolerances: Tolerances, *, closed: bool) -> Iterator[str]:
+def out_of_order(limits: Mapping[str, float], tolerances: Tolerances, *, closed: bool) -> Iterator[str]:
     """Contradictions to λ_U ≤ λ_1 and, of closed nodes, to λ_1, λ_U, λ_E, λ_S ≤ λ_max."""
     pairs = [("universal", "lower")]
     if closed:  # λ_1 and λ_U are about all nodes in contact
-        pairs += [(name, "upper") for name in ("lower", "universal", *from_here())]
+        proofs = [kind.name for kind in kinds_of(Claim.THIS_STATE)]
+        pairs += [(name, "upper") for name in ("lower", "universal", *proofs)]
     for small, large in pairs:
-        if small in limits and large in limits:
-            a, b = limits[small].load_factor, limits[large].load_factor
-            if a * (1.0 - tolerances.agreement) > b:
-                yield f"{BOUNDS[small].symbol} = {few(a, ALL)} exceeds {BOUNDS[large].symbol} = {few(b, ALL)}"
+        a, b = limits.get(small, nan), limits.get(large, nan)
+        if a * (1.0 - tolerances.agreement) > b:
+            yield f"{BOUNDS[small].symbol} = {few(a, ALL)} exceeds {BOUNDS[large].symbol} = {few(b, ALL)}"
 
 
-def cycles_below(proved: Mapping[str, DesignLimit], history: Bound, tolerances: Tolerances) -> Iterator[str]:
+def cycles_below(proved: Mapping[str, float], history: Bound, tolerances: Tolerances) -> Iterator[str]:
     """Contradictions to no cycle below what is proved of this history."""
     slips = np.isin(history.outcomes, [Outcome.CYCLIC_SLIP, Outcome.RATCHETTING])
     for first in history.scanned[slips][:1]:
         for name, limit in proved.items():
-            if limit.load_factor * (1.0 - tolerances.agreement) > first:
-                below = f"below {BOUNDS[name].symbol} = {few(limit.load_factor, ALL)}"
+            if limit * (1.0 - tolerances.agreement) > first:
+                below = f"below {BOUNDS[name].symbol} = {few(limit, ALL)}"
                 yield f"slip goes on for ever at λ = {few(first, ALL)}, {below}"

@@ -1,7 +1,6 @@
 """Long-term states from many initial states: the public function, and its work in pieces."""
 
 import json
-import logging
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
@@ -13,11 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from shakedown.campaign.pieces import Arrays, read_arrays, remove_pieces, run_pieces
-from shakedown.files.atomic_write import atomic_write, check_target, pieces_beside
+from shakedown.campaign.pieces import Arrays, run_pieces
+from shakedown.files.atomic_write import atomic_write, check_target
 from shakedown.ground.constants import CYCLES, FloatArray
-from shakedown.ground.errors import ProblemError, UsageError
-from shakedown.ground.shown_values import visible
+from shakedown.ground.errors import UsageError
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.work_limit import all_cores
@@ -87,7 +85,7 @@ def initial_state_map(
         the limit cycles follow from). Until the map is whole its pieces are files in ``PATH.parts``,
         each whole after a kill at any instant.
     resume
-        Whether to go on with the pieces that are there; a map that is whole already is read.
+        Whether to go on with the pieces that a stopped run has left there.
     executor
         Who works: any :class:`concurrent.futures.Executor`, as of threads, loky, MPI or
         ``dask.distributed.Client(…).get_executor()``. It is not shut down.
@@ -148,14 +146,12 @@ def initial_state_map(
         elif len(chosen) * chosen[0].states * problem.n**2 < 1 << 13:
             workers = 1
     work = MapPieces(chosen, slip_below is not None, threads)
-    columns = _finished(target, work) if resume and target is not None and target.exists() else None
-    if columns is None:
-        run: dict[str, Any] = {"executor": executor, "workers": workers, "progress": progress}
-        run |= {"settings": (work.settings(), work.size), "output": target, "resume": resume}
-        with run_pieces(work, work.count, **run) as pieces:
-            columns = {key: np.concatenate([piece[key] for piece in pieces]) for key in pieces[0]}
-            if target is not None:
-                _write(target, work, columns)
+    run: dict[str, Any] = {"executor": executor, "workers": workers, "progress": progress}
+    run |= {"settings": (work.settings(), work.size), "output": target, "resume": resume}
+    with run_pieces(work, work.count, **run) as pieces:
+        columns = {key: np.concatenate([piece[key] for piece in pieces]) for key in pieces[0]}
+        if target is not None:
+            _write(target, work, columns)
     maps, each = [], chosen[0].rows
     for k, one in enumerate(chosen):
         own: dict[str, Any] = {key: column[k * each : (k + 1) * each] for key, column in columns.items()}
@@ -238,23 +234,3 @@ def _write(path: Path, work: MapPieces, columns: Arrays) -> None:
     }
     with atomic_write(path) as file:
         np.savez(file, allow_pickle=False, **columns, **about)
-
-
-def _finished(path: Path, work: MapPieces) -> Arrays | None:
-    """The columns of a file that holds this map, whole; None of any other, which is said."""
-    try:
-        found = read_arrays(path)
-        about, rows = json.loads(str(found["settings"])), len(work.samplings) * work.samplings[0].rows
-        columns = {
-            key: column for key, column in found.items() if key not in ("load_factor", "named", "settings")
-        }
-        whole = "cycles_simulated" in columns and {*map(len, columns.values())} == {rows}
-        if whole and about == json.loads(json.dumps(work.settings())):
-            remove_pieces(Path(pieces_beside(path)))
-            return columns
-    except (ProblemError, KeyError, ValueError, TypeError, RecursionError):
-        pass
-    logging.getLogger("shakedown").warning(
-        "%s: not this map, or altered since; made again", visible(str(path))
-    )
-    return None

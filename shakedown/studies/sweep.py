@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.bounds.registry import BOUNDS, Claim
+from shakedown.bounds.registry import BOUNDS, Claim, kinds_of
 from shakedown.campaign.pieces import Arrays, Progress, as_text, function_stamp, run_pieces, text_of
 from shakedown.files.atomic_write import check_table, write_table
 from shakedown.ground.constants import FloatArray
@@ -28,15 +28,12 @@ from shakedown.long_term.simulation import check_slip_below
 from shakedown.models.importing.import_model import Import
 from shakedown.studies.design_point import (
     FACTORS,
-    DesignPoint,
     ProblemOf,
-    Question,
-    SlipAllowed,
+    Record,
     Variation,
     checked_variation,
     design_point,
-    from_here,
-    point_of,
+    no_point,
 )
 
 if TYPE_CHECKING:
@@ -112,7 +109,8 @@ class Sweep(Result):
     load_factors_simulated
         Where the joint was simulated from the state asked about.
     points
-        The point of every combination, the last parameter running fastest.
+        The record of every combination, the last parameter running fastest: what
+        :func:`~shakedown.studies.design_point.design_point` says.
     """
 
     name: str
@@ -122,7 +120,7 @@ class Sweep(Result):
     values: tuple[FloatArray, ...]
     bounds: tuple[str, ...]
     load_factors_simulated: tuple[float, ...]
-    points: tuple[DesignPoint, ...] = field(repr=False)
+    points: tuple[Record, ...] = field(repr=False)
 
     def __repr__(self) -> str:
         grid = " x ".join(
@@ -149,34 +147,28 @@ class Sweep(Result):
     @cached_property
     def from_this_state(self) -> FloatArray:
         """The largest limit proved from this state, as ``assess`` has it; NaN where none was asked for."""
-        return self._grid([point.proved_from_this_state for point in self.points])
-
-    @property
-    def transient_interval(self) -> tuple[FloatArray, FloatArray]:
-        """Where λ_T lies: shakedown is proved at the first, a cycle was found at the second."""
-        return self._of_limits("transient", "low", nan), self._of_limits("transient", "high", nan)
+        return self._grid("proved_from_this_state")
 
     @property
     def guarantee(self) -> NDArray[np.str_]:
         """Whether λ_1 is a guarantee: ``"proved"``, ``"evidence"`` or empty."""
-        return self._grid([point.guarantee for point in self.points])
+        return self._grid("guarantee")
 
     @property
     def contradictions(self) -> tuple[str, ...]:
         """Every contradiction between limits, with the values of the parameters."""
-        return tuple(f"{self._at(point)}: {text}" for point in self.points for text in point.contradictions)
+        return tuple(
+            f"{', '.join(f'{name} = {value:g}' for name, value in point['values'].items())}: {text}"
+            for point in self.points
+            for text in point["contradictions"]
+        )
 
     @property
     def outcomes(self) -> NDArray[np.str_]:
         """What becomes of the joint at each simulated load factor (last axis); empty without a joint."""
-        nothing = ("",) * len(self.load_factors_simulated)
-        entries = [[str(x) for x in point.outcomes or nothing] for point in self.points]
+        nothing = [""] * len(self.load_factors_simulated)
+        entries = [point["outcomes"] or nothing for point in self.points]
         return np.array(entries, dtype=np.str_).reshape(*self.shape, len(nothing))
-
-    @property
-    def slip_criteria(self) -> tuple[SlipAllowed | None, ...]:
-        """Up to which load factor slips stay below the given length, point by point; None without one."""
-        return tuple(point.slip_criterion for point in self.points)
 
     def load_factors(self, name: str) -> FloatArray:
         """The load factors of a limit by its name; NaN where there is none."""
@@ -185,7 +177,7 @@ class Sweep(Result):
     @cached_property
     def in_zone(self) -> NDArray[np.bool_]:
         """Where nodes are open in the state that λ_max and λ_E belong to: they are those of a zone."""
-        return self._grid([bool(point.open_nodes) for point in self.points])
+        return self._entries([bool(point["open_nodes"]) for point in self.points])
 
     def of_joint(self, name: str) -> FloatArray:
         """The same, but NaN for the λ_max of a zone, which excludes nothing of the whole joint."""
@@ -200,7 +192,7 @@ class Sweep(Result):
         """What every point says of a limit."""
         if name not in BOUNDS:
             raise UsageError(f"limit: expected one of {', '.join(BOUNDS)}, found {shortened(repr(name))}")
-        return self._grid([getattr(p.limits[name], word) if name in p.limits else none for p in self.points])
+        return self._entries([point.get(name, {}).get(word, none) for point in self.points])
 
     @cached_property
     def boundaries(self) -> Boundaries:
@@ -209,7 +201,7 @@ class Sweep(Result):
         Nothing is concluded from a limit with conditions (proved only from some load factor on, or
         for a joint that is partly open).
         """
-        joints = self._grid([0.0 if point.exists else nan for point in self.points])
+        joints = np.where(self._grid("exists"), 0.0, nan)
         proved = np.isin(self.status("universal"), (Status.OPTIMAL, Status.UNBOUNDED))
         every = joints + np.where(proved, self.universal, 0.0)
         this = joints + np.nan_to_num(self.from_this_state, posinf=inf)
@@ -234,23 +226,17 @@ class Sweep(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, texts and lists."""
-        apart = ("limits", "contradictions")
+        pairs = zip(self.parameters, self.values, strict=True)
         document = {
             "name": self.name,
-            "parameters": [
-                {"name": name, "values": values.tolist()}
-                for name, values in zip(self.parameters, self.values, strict=True)
-            ],
-            "bounds": list(self.bounds),
-            "load_factors_simulated": list(self.load_factors_simulated),
+            "parameters": [{"name": name, "values": values} for name, values in pairs],
+            "bounds": self.bounds,
+            "load_factors_simulated": self.load_factors_simulated,
             "points": [
-                {"exists": point.exists}
-                | {name: said for name, said in vars(point).items() if name not in apart and said is not None}
-                | {"values": dict(zip(self.parameters, point.values, strict=True))}
-                | point.limits
+                {word: said for word, said in point.items() if word != "contradictions"}
                 for point in self.points
             ],
-            "contradictions": list(self.contradictions),
+            "contradictions": self.contradictions,
         }
         return {word: plain(value) for word, value in document.items()}
 
@@ -289,46 +275,47 @@ class Sweep(Result):
         """
         write_table(path, self.columns())
 
-    def _grid(self, entries: list[Any]) -> NDArray[Any]:
-        return np.array(entries).reshape(self.shape)
+    def _grid(self, word: str) -> NDArray[Any]:
+        """What every point says under one key, on the grid."""
+        return self._entries([point[word] for point in self.points])
 
-    def _at(self, point: DesignPoint) -> str:
-        pairs = zip(self.parameters, point.values, strict=True)
-        return ", ".join(f"{name} = {value:g}" for name, value in pairs)
+    def _entries(self, entries: list[Any]) -> NDArray[Any]:
+        return np.array(entries).reshape(self.shape)
 
     def _columns(self) -> Iterator[tuple[str, str, list[Any]]]:
         """Name, unit and entries of each column."""
-        for k, (name, unit) in enumerate(zip(self.parameters, self.units, strict=True)):
-            yield name, unit, [point.values[k] for point in self.points]
+        points = self.points
+        for name, unit in zip(self.parameters, self.units, strict=True):
+            yield name, unit, [point["values"][name] for point in points]
         for name in self.bounds:
             symbol = BOUNDS[name].symbol.replace("λ", "lambda")
             yield symbol, "1", self.load_factors(name).ravel().tolist()
             if name == "transient":
-                for end, factors in zip(("proved", "cycling"), self.transient_interval, strict=True):
-                    yield f"{symbol}_{end}", "1", factors.ravel().tolist()
+                for heading, end in (("proved", "low"), ("cycling", "high")):
+                    yield f"{symbol}_{heading}", "1", self._of_limits(name, end, nan).ravel().tolist()
             yield f"{symbol}_status", "", self.status(name).ravel().tolist()
             if name == "lower":
-                yield "guarantee", "", [point.guarantee for point in self.points]
-        if {*self.bounds} & {*from_here()}:
-            yield "proved_from_this_state", "1", self.from_this_state.ravel().tolist()
+                yield "guarantee", "", [point["guarantee"] for point in points]
+        if {*self.bounds} & {kind.name for kind in kinds_of(Claim.THIS_STATE)}:
+            yield "proved_from_this_state", "1", [point["proved_from_this_state"] for point in points]
         for k, load_factor in enumerate(self.load_factors_simulated):
             yield f"outcome at lambda = {load_factor!r}", "", self.outcomes[..., k].ravel().tolist()
-        if any(self.slip_criteria):
-            known = [slips or SlipAllowed(nan, nan, nan) for slips in self.slip_criteria]
-            yield "lambda_slip", "1", [slips.load_factor for slips in known]
-            yield "largest_slip_range", "", [slips.largest for slips in known]
-        yield "open_nodes", "", [" ".join(map(str, point.open_nodes)) for point in self.points]
-        yield "remark", "", ["; ".join(_remarks(point)) for point in self.points]
+        if any("slip_criterion" in point for point in points):
+            known = [point.get("slip_criterion", {}) for point in points]
+            yield "lambda_slip", "1", [slips.get("load_factor", nan) for slips in known]
+            yield "largest_slip_range", "", [slips.get("largest", nan) for slips in known]
+        yield "open_nodes", "", [" ".join(map(str, point["open_nodes"])) for point in points]
+        yield "remark", "", ["; ".join(self._remarks(point)) for point in points]
 
-
-def _remarks(point: DesignPoint) -> Iterator[str]:
-    """Remarks on a point besides its numbers."""
-    if point.reason:
-        yield point.reason
-    for name, limit in point.limits.items():
-        if limit.remark and limit.status != Status.OPTIMAL:
-            yield f"{BOUNDS[name].symbol}: {limit.remark}"
-    yield from point.contradictions
+    def _remarks(self, point: Record) -> Iterator[str]:
+        """Remarks on a point besides its numbers."""
+        if point["reason"]:
+            yield point["reason"]
+        for name in self.bounds:
+            limit = point.get(name, {"remark": ""})
+            if limit["remark"] and limit["status"] != Status.OPTIMAL:
+                yield f"{BOUNDS[name].symbol}: {limit['remark']}"
+        yield from point["contradictions"]
 
 
 @checked
@@ -422,44 +409,41 @@ def sweep(
         raise UsageError(f"open_nodes: expected 'auto' or 'none', found {open_nodes!r}")
     for load_factor in load_factors:
         check_load_factor(load_factor)
-    question = Question(
-        bounds=_checked_bounds(bounds, variation.base),
-        load_factors=tuple(map(float, load_factors)),
-        initial_slip=None if initial_slip is None else real_array("initial slip", initial_slip),
-        open_nodes="auto" if open_nodes == "auto" else (),
-        quick=bool(quick),
-        slip_below=None if slip_below is None else check_slip_below(slip_below),
-        tolerances=tolerances,
-    )
+    asked: dict[str, Any] = {
+        "bounds": _checked_bounds(bounds, variation.base),
+        "load_factors": tuple(map(float, load_factors)),
+        "initial_slip": None if initial_slip is None else real_array("initial slip", initial_slip),
+        "open_nodes": "auto" if open_nodes == "auto" else (),
+        "quick": bool(quick),
+        "slip_below": None if slip_below is None else check_slip_below(slip_below),
+        "tolerances": tolerances,
+    }
     if output is not None:
         check_table(output)
     places = list(product(*(array.tolist() for array in values)))  # the last parameter runs fastest
-    settings = (
-        _stamp(variation, places[0]),
-        variation.parameters,
-        places,
-        question._replace(initial_slip=None),
-    )
+    said = asked | {"initial_slip": plain(asked["initial_slip"])}  # in full, however many nodes
     run: dict[str, Any] = {"executor": executor, "workers": workers, "progress": progress}
-    run |= {"settings": (*settings, plain(question.initial_slip)), "output": output, "resume": resume}
-    with run_pieces(partial(_point, variation, places, question), len(places), **run) as pieces:
+    run |= {"settings": (_stamp(variation, places[0]), variation.parameters, places, said)}
+    run |= {"output": output, "resume": resume}
+    with run_pieces(partial(_point, variation, places, asked), len(places), **run) as pieces:
         about = variation.name, variation.parameters, variation.meanings, variation.units
-        points = tuple(point_of(text_of(piece)) for piece in pieces)
-        found = Sweep(*about, values, question.bounds, question.load_factors, points)
+        points = tuple(text_of(piece) for piece in pieces)
+        found = Sweep(*about, values, asked["bounds"], asked["load_factors"], points)
         if output is not None:
             found.save(output)
     return found
 
 
 def _point(
-    variation: Variation, places: Sequence[tuple[float, ...]], question: Question, number: int
+    variation: Variation, places: Sequence[tuple[float, ...]], asked: dict[str, Any], number: int
 ) -> Arrays:
     """A point of a sweep, as text."""
+    values = dict(zip(variation.parameters, places[number], strict=True))
     try:
         problem = variation.at(places[number])
     except ShakedownError as error:
-        return as_text(vars(DesignPoint(places[number], reason=str(error))))
-    return as_text(vars(design_point(problem, places[number], question)))
+        return as_text(no_point(values, str(error)))
+    return as_text(design_point(problem, values, **asked))
 
 
 def _stamp(variation: Variation, first: tuple[float, ...]) -> object:

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from joints import random_paths
 
 import shakedown
 from shakedown import Outcome, Problem, UsageError, damping
-from shakedown.assessment.plan import random_paths
 from shakedown.fem import ElasticBody, Force, Material, Pressure, block_mesh, contact_problem
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.plot import damping_curve, loop

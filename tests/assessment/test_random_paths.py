@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown import Problem, UsageError, safe_slip, upper_bound
-from shakedown.assessment.plan import random_paths
+from shakedown import Problem, safe_slip, upper_bound
 from shakedown.motion.evolution import evolve
+from tests.joints import random_paths
 from tests.partly_open import SOME, partly_open
 
 SIZES = (0.3, 0.2, 0.4)
@@ -76,9 +76,3 @@ def test_the_mean_is_kept_and_the_transient_left_out():
     assert np.array_equal(path.p_mean, shifted.p_mean)
     one, two = (next(random_paths(block, 1, seed=5)) for _ in range(2))
     assert one == two
-
-
-@pytest.mark.parametrize(("count", "seed"), [(0, 0), (1.5, 0), (1, -1), (1, "a")])
-def test_bad_arguments_are_refused_at_once(count, seed):
-    with pytest.raises(UsageError):
-        random_paths(shakedown.example("two-node"), count, seed)

@@ -99,4 +99,4 @@ def test_nothing_is_predicted_of_a_state_that_arrives_with_a_node_open():
 def test_a_limit_that_asks_for_closed_nodes_contradicts_no_history_with_a_transient():
     """A sweep compares λ_T with λ_U: not where the transient may have opened nodes."""
     found = shakedown.sweep(LIFTED, {"f": [0.35]}, bounds=("universal", "transient"))
-    assert found.points[0].contradictions == ()
+    assert found.contradictions == ()

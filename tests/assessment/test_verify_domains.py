@@ -60,6 +60,6 @@ def test_the_commands_say_it(tmp_path):
 def test_a_sweep_of_a_domain_keeps_it():
     found = shakedown.sweep(DOMAIN, {"f": [0.35]}, bounds=("lower", "universal"))
     (point,) = found.points
-    assert point.guarantee == "evidence"
-    assert point.limits["universal"].load_factor == pytest.approx(0.6035788, abs=1e-7)
-    assert np.isfinite(point.limits["lower"].load_factor)
+    assert point["guarantee"] == "evidence"
+    assert point["universal"]["load_factor"] == pytest.approx(0.6035788, abs=1e-7)
+    assert np.isfinite(point["lower"]["load_factor"])

@@ -100,7 +100,7 @@ def test_friction_that_may_mean_two_things_is_refused(tmp_path):
         config,
         "--vary",
         "friction=0.2,0.4",
-        message="expected f (the friction coefficient) or friction.factor (a factor on it)",
+        message="f (the friction coefficient) or friction.factor (a factor on it), found 'friction'",
     )
     coefficient = import_problem(config).f[0]
     half = document("sweep", config, "--vary", "friction.factor=0.5", "--bounds", "upper")["points"][0]
@@ -110,7 +110,7 @@ def test_friction_that_may_mean_two_things_is_refused(tmp_path):
     assert half["upper"] == same["upper"]
     assert "friction ×" in run("sweep", config, "--vary", "friction.factor=0.5", "--bounds", "upper")[1]
     code, _, err = run("sweep", "two-node", "--vary", "mean=1", "--vary", "mean.factor=2")
-    assert (code, "found the factor mean twice" in err) == (2, True)
+    assert (code, "found mean twice" in err) == (2, True)
 
 
 def test_json_and_csv_are_the_librarys(tmp_path):
@@ -166,7 +166,7 @@ def test_a_limit_with_nodes_open_is_said_to_be_one():
         (("--vary", "f=nan:1:3"), VARY),
         (("--vary", "f=0:inf:3"), VARY),
         (("--vary", "f=0.1,x"), VARY),
-        (("--vary", "f=0.3,0.2"), "vary f: expected rising values, found 0.2 after 0.3"),
+        (("--vary", "f=0.3,0.2"), "vary f: expected rising values, at least one, found"),
         (("--vary", "g=1,2"), "expected one of f, friction, amplitude"),
         (("--vary", "f=1", "--vary", "f=2"), "expected each parameter once, found f twice"),
         (("--vary", "f=1", "--vary", "mean=2", "--vary", "phase=0"), "expected one or two parameters"),

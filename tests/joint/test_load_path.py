@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+from joints import random_paths
 
 import shakedown
 from shakedown import LoadCase, Problem, condense, load_problem, save_problem
-from shakedown.assessment.plan import random_paths
 from shakedown.joint.contact_zone import contact_zone
 
 JOINT = shakedown.example("two-node")

@@ -127,7 +127,6 @@ RESULTS = {  # one of every function that makes one
     "loading": lambda: loading(two()),
     "rows": lambda: constraints(many()),
     "sweep": lambda: shakedown.sweep(two(), {"f": np.linspace(0.1, 0.4, 4)}, bounds=["upper"]),
-    "point": lambda: made("sweep").points[0],
     "states": lambda: shakedown.long_term_states(two(), 0.9, np.zeros((3, 2))),
     "coupling": lambda: coupling(two()),
     "no coupling": lambda: coupling(dataclasses.replace(two(), f=50.0)),

@@ -6,11 +6,11 @@ from inspect import isfunction, signature
 import numpy as np
 import pytest
 from command import run
+from joints import random_paths
 from public_names import public
 
 import shakedown
 from shakedown import Problem, ProblemError, UsageError, load_problem, plot, save_problem
-from shakedown.assessment.plan import random_paths
 from shakedown.joint.constraints import (
     constraints,
     loading,
@@ -300,7 +300,6 @@ ANSWERS = {
     "assess",
     "shakedown_bounds",
     "sweep",
-    "random_paths",
     "conjugate_displacement",
     "damping",
     "load_loops",

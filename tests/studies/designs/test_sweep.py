@@ -11,11 +11,10 @@ import pytest
 
 import shakedown
 from shakedown import Status
-from shakedown.campaign.pieces import as_text, text_of
 from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.importing.templates import write_import_example
-from shakedown.studies.design_point import DesignLimit, cycles_below, out_of_order, point_of, with_parameter
+from shakedown.studies.design_point import cycles_below, out_of_order, with_parameter
 from shakedown.studies.sweep import Region
 
 TWO = shakedown.example("two-node")
@@ -55,8 +54,8 @@ def test_every_point_is_that_joints_own_answer(found):
         assert found.upper[k] == shakedown.upper_bound(problem, certify=False).load_factor
         limit = shakedown.transient_limit(problem, accuracy=1e-6)
         assert found.transient[k] == pytest.approx(limit.load_factor, rel=3e-6)
-        proved, cycling = (ends[k] for ends in found.transient_interval)
-        assert proved <= found.transient[k] < cycling
+        scanned = found.points[k]["transient"]
+        assert scanned["low"] <= found.transient[k] < scanned["high"]
         ends = [shakedown.long_term_state(problem, x).outcome for x in (0.2, 0.7)]
         assert found.outcomes[k].tolist() == ends
     assert found.contradictions == ()
@@ -111,11 +110,8 @@ def test_proved_from_this_state_is_what_an_assessment_proves_whichever_bound_is_
 
 
 def test_a_proof_that_cannot_be_right_is_a_contradiction():
-    def limits(**found):
-        return {name: DesignLimit(value, Status.OPTIMAL) for name, value in found.items()}
-
     history = shakedown.transient_limit(TWO, largest=1.0, steps=16)
-    wrong, right = limits(accumulated=0.75, upper=0.74), limits(accumulated=0.73159, upper=0.74)
+    wrong, right = {"accumulated": 0.75, "upper": 0.74}, {"accumulated": 0.73159, "upper": 0.74}
     assert list(out_of_order(wrong, DEFAULT, closed=True)) == ["λ_S = 0.75 exceeds λ_max = 0.74"]
     assert not list(out_of_order(wrong, DEFAULT, closed=False))
     (cycling,) = cycles_below({"accumulated": wrong["accumulated"]}, history, DEFAULT)
@@ -191,22 +187,15 @@ def test_a_function_that_was_changed_does_not_go_on(tmp_path, caplog):
     assert "goes on from 0 of 2 pieces" in caplog.text
 
 
-def test_a_point_comes_back_from_its_text(found):
-    for point in found.points:
-        again = point_of(text_of(as_text(vars(point))))
-        assert again == point
-        assert repr(again) == repr(point)
-
-
 def test_a_parameter_that_makes_no_joint_is_a_point_with_its_reason():
     found = shakedown.sweep(TWO, {"f": [-0.1, 0.0, 0.35], "mean": [-1.0, 1.0]})
     assert (found.regions(0.5)[0] == Region.NO_JOINT).all()
     assert found.regions(0.5)[2].tolist() == [Region.DEPENDS, Region.EVERY_STATE]
-    assert "expected friction coefficients >= 0" in found.points[0].reason
+    assert "expected friction coefficients >= 0" in found.points[0]["reason"]
     assert (found.status("upper")[0] == Region.NO_JOINT).all()
     assert np.isnan(found.upper[0]).all()
     assert found.status("lower")[2].tolist() == [Status.INFEASIBLE, Status.OPTIMAL]
-    assert len(found.points[4].open_nodes) == 1  # pulled apart: λ_max is that of a zone, if of anything
+    assert len(found.points[4]["open_nodes"]) == 1  # pulled apart: λ_max is that of a zone, if of anything
     assert np.isnan(found.of_joint("upper")).tolist() == (np.isnan(found.upper) | found.in_zone).tolist()
     assert found.contradictions == ()
 
@@ -270,10 +259,10 @@ def test_the_document_is_plain_and_the_text_short(found):
         (TWO, {"f": [0.1], "mean": [1], "phase": [0]}, {}, "expected one or two parameters by name"),
         (TWO, "f", {}, "vary: expected a dictionary, found 'f'"),
         (TWO, {"friktion": [0.1]}, {}, "expected one of f, friction, .* found 'friktion'"),
-        (TWO, {"f": []}, {}, "expected one value or more, found shape"),
-        (TWO, {"f": [[0.1, 0.2]]}, {}, "expected one value or more, found shape"),
+        (TWO, {"f": []}, {}, "vary f: expected rising values, at least one, found"),
+        (TWO, {"f": [[0.1, 0.2]]}, {}, "vary f: expected rising values, at least one, found"),
         (TWO, {"f": [0.1, np.nan]}, {}, "vary f: expected finite numbers, found nan"),
-        (TWO, {"f": [0.3, 0.2]}, {}, "vary f: expected rising values, found 0.2 after 0.3"),
+        (TWO, {"f": [0.3, 0.2]}, {}, r"vary f: expected rising values, at least one, found \[0.3, 0.2\]"),
         (TWO, {"f": [0.3, 0.3]}, {}, "vary f: expected rising values"),
         (TWO, {"f": ["x"]}, {}, "vary f: expected real numbers"),
         (TWO, {"f": 0.3}, {"bounds": ["lover"]}, "bounds: expected some of lower, .* found lover"),
@@ -299,7 +288,7 @@ def test_too_many_points_are_refused_before_the_work():
 def test_a_state_of_the_wrong_length_is_said_at_every_point():
     found = shakedown.sweep(TWO, {"f": [0.3]}, initial_slip=[0.0], bounds=["energy", "upper"])
     assert found.status("energy").tolist() == [Status.UNDECIDED]
-    assert "initial slip: expected shape (2,)" in found.points[0].limits["energy"].remark
+    assert "initial slip: expected shape (2,)" in found.points[0]["energy"]["remark"]
 
 
 def test_an_imported_joint_is_swept_over_numbers_of_its_configuration(tmp_path):
@@ -314,4 +303,4 @@ def test_an_imported_joint_is_swept_over_numbers_of_its_configuration(tmp_path):
         both = shakedown.sweep(made, {"f": [0.3, 0.4], harmonic: [1.0]}, bounds=["upper"], executor=executor)
     assert both.upper[0, 0] == pytest.approx(as_given, rel=1e-12)
     wrong = shakedown.sweep(made, {"load.1.name": [1.0]})
-    assert "load.1.name: expected the key of a number, found 'pressed down'" in wrong.points[0].reason
+    assert "load.1.name: expected the key of a number, found 'pressed down'" in wrong.points[0]["reason"]

@@ -7,6 +7,7 @@ import pytest
 
 import shakedown
 from shakedown.joint.constraints import constraints
+from shakedown.motion.checked_law import admissible
 from shakedown.studies.basin_map import InitialStateMaps
 from shakedown.studies.samplers import BLOCK
 from tests.joints import FAMILY, member
@@ -34,7 +35,7 @@ def test_admissible_states_cycle_beyond_the_apex_line(found):
     rows, own = constraints(JOINT), constraints(JOINT).limits_of(1)
     apex = np.linalg.solve(rows.G[own], (rows.g - 0.7 * rows.d)[own])[0]
     assert apex == pytest.approx(0.65407, abs=1e-5)
-    inside = found.admissible
+    inside = admissible(JOINT, 0.7, found.initial_slip)
     assert 40 < inside.sum() < 256
     shaken = found.outcome[inside] == "shakedown"
     np.testing.assert_array_equal(shaken, found.initial_slip[inside, 0] < apex)
