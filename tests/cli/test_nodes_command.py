@@ -218,11 +218,6 @@ def test_what_grows_for_ever_is_below_nothing_and_rest_is_below_everything(tmp_p
     assert found["slip_criterion"] == {"below": 1.0, "met": None, "largest": None, "node": -1}
 
 
-@pytest.mark.parametrize("below", ["0", "-1", "nan", "inf"])
-def test_a_limit_on_slips_is_a_positive_length(below):
-    refused("simulate", *AT_TWO, "--slip-below", below, message="slip_below: expected a positive length")
-
-
 def test_a_node_that_opens_has_no_smallest_force_and_no_column_has_the_name_of_a_key():
     out = run("nodes", "receding-block")[1]
     lines = [line.split() for line in out.splitlines() if " mixed " in line]

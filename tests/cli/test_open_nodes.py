@@ -2,7 +2,6 @@
 
 import re
 
-import numpy as np
 import pytest
 from command import document, refused, run
 from partly_open import partly_open
@@ -53,14 +52,6 @@ def test_nodes_may_be_named_or_none():
     assert found["load_factor"] == document(*asked, code=1)["upper"]["load_factor"]
 
 
-@pytest.mark.parametrize("name", ["two-node"])
-def test_with_all_nodes_closed_nothing_changes(name):
-    searched, plain = (document("solve", name, "--open", word) for word in ("auto", "none"))
-    assert searched == plain
-    assert searched["upper"]["open_nodes"] == []
-    assert run("solve", name, "--details")[1] == run("solve", name, "--details", "--open", "none")[1]
-
-
 @pytest.mark.parametrize(
     ("nodes", "message"),
     [
@@ -73,19 +64,6 @@ def test_with_all_nodes_closed_nothing_changes(name):
 )
 def test_bad_nodes_are_one_line(nodes, message):
     refused("solve", "receding-block", f"--open={nodes}", message=message)
-
-
-def test_the_energy_bound_is_that_of_the_zone(tmp_path):
-    joint = shakedown.example("receding-block")
-    upper = shakedown.upper_bound(joint, open_nodes="auto")
-    settled = {key: getattr(joint, key) for key in ("A", "B", "C", "f", "q_w", "p_w")}
-    shakedown.save_problem(tmp_path / "settled.npz", shakedown.Problem(**settled, name="settled"))
-    np.save(tmp_path / "safe.npy", upper.slip)
-    words = ("solve", "settled.npz", "--initial", "safe.npy")
-    energy = document(*words, cwd=tmp_path)["energy"]
-    assert 0 < energy["load_factor"] <= upper.load_factor
-    text = " ".join(run(*words, "--details", cwd=tmp_path)[1].split())
-    assert "the given slip, 10 nodes open" in text
 
 
 def test_simulate_starts_with_open_nodes(tmp_path):

@@ -92,11 +92,3 @@ def test_a_sweep_says_at_every_point_up_to_where(tmp_path):
     assert max(map(len, out.splitlines())) <= 80
     again = document(*arguments, "--slip-below", "1e-3", "-o", str(path), "--resume")
     assert [point["slip_criterion"] for point in again["points"]] == criteria
-
-
-def test_the_state_asked_about_is_the_given_one():
-    joint = shakedown.example("three-node")
-    found = shakedown.verify(joint, random_states=0, load_factors=[1.0], slip_below=0.5)
-    assert (found.slip_limit.initial_slip == joint.initial_slip[0]).all()
-    with pytest.raises(shakedown.UsageError, match="slip_below: expected a positive length"):
-        shakedown.verify(joint, slip_below=-1.0)

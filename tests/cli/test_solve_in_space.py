@@ -74,26 +74,3 @@ def test_a_state_and_its_distance_and_what_is_required_of_it(tmp_path):
 )
 def test_what_does_not_exist_is_one_line(words, said):
     refused(*words, message=said)
-
-
-def test_a_body_that_only_friction_holds_and_its_open_node_are_said(tmp_path):
-    """Three nodes on a body that may slide in both directions; the load pulls one of them off."""
-    rng = np.random.default_rng(5)
-    root = rng.normal(size=(9, 9)) / 3.0
-    away = np.zeros((9, 2))
-    away[:6] = np.tile(np.eye(2), (3, 1)) / np.sqrt(3)
-    hold = np.eye(9) - away @ away.T
-    kappa = hold @ (root @ root.T + np.eye(9)) @ hold
-    loads = {"q_w": 0.1 * rng.normal(size=(4, 6)), "p_w": np.tile([-1.0, 4.0, 4.0], (4, 1))}
-    blocks = {"A": kappa[:6, :6], "B": kappa[6:, :6], "C": kappa[6:, 6:]}
-    blocks = {key: block if key == "B" else (block + block.T) / 2 for key, block in blocks.items()}
-    shakedown.save_problem(tmp_path / "p.npz", shakedown.Problem(**blocks, f=0.4, **loads))
-    code, out, err = run("solve", "p.npz", "--details", cwd=tmp_path)
-    assert (code, err) == (0, "")
-    said = " ".join(out.split())
-    assert "Only friction keeps one body from sliding or turning on the other" in said
-    assert "zero slip, 1 node open" in said
-    assert "open nodes node 0 assumed; all others closed" in said
-    found = document("solve", "p.npz", cwd=tmp_path)
-    assert found["upper"]["open_nodes"] == [0]
-    assert len(found["pinned"]) == 2

@@ -27,12 +27,6 @@ def test_every_point_is_the_joint_by_itself():
     assert np.isnan(found.lower).all()
 
 
-def test_a_factor_on_the_amplitude_divides_every_limit():
-    found = sweep(JOINT, {"amplitude": [0.5, 1.0]}, bounds=["universal", "energy", "upper"])
-    for limits in (found.universal, found.energy, found.upper):
-        np.testing.assert_allclose(limits * [0.5, 1.0], limits[1], rtol=1e-6)
-
-
 def of_friction(f: float) -> Problem:
     return replace(JOINT, f=np.array([f]))
 

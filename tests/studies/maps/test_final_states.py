@@ -1,13 +1,11 @@
 """Whether all states end in one and the same state: by what they ended in."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import shakedown
 from shakedown.studies.limit_cycles import slip_scatter
-from tests.joints import FAMILY, member, walking
+from tests.joints import FAMILY, member
 
 JOINT = shakedown.example("two-node")
 
@@ -88,48 +86,3 @@ def test_drift_is_no_scatter():
     assert slip_scatter(ends, np.arange(20), place[None], drift).spread <= 1e-12
     off = ends + np.array([0.0, 0.5, 0.0]) * (np.arange(20) == 7)[:, None]
     assert slip_scatter(off, np.arange(20), place[None], drift).spread == pytest.approx(0.5)
-
-
-def test_a_body_that_walks_does_one_and_the_same_from_every_state():
-    found = shakedown.initial_state_map(walking(), 1.0, states=32)
-    assert found.outcomes == {"ratchetting": 32}
-    assert np.ptp(found.final_slip, axis=0).min() > 1.0
-    assert found.limit_cycles[0].spread <= 1e-12
-    assert found.unique is True
-    assert "but for the drift" in found.evidence
-
-
-BREATHING = [[1.0, 1.0], [-1.0, 1.0], [-2.0, 1.0], [-1.0, 1.0]]
-
-
-def test_separation_is_a_class_of_its_own():
-    found = shakedown.initial_state_map(apart(BREATHING), 1.0, states=64)
-    assert found.outcomes == {"separation": 64}
-    (cycle,) = found.limit_cycles
-    assert (cycle.outcome, cycle.slipping_nodes) == ("separation", ())
-    assert found.same_outcome is True
-    assert found.unique is False  # node 1 stays where it was put
-    assert "limit cycle" not in found.evidence
-    document = found.to_dict()
-    assert document["fractions"] == {"separation": 1.0}
-    assert document["dissipation_of"]["separation"] == [0.0] * 5
-
-
-def test_outcomes_that_differ_are_named():
-    found = shakedown.initial_state_map(apart(BREATHING), 1.0, states=64)
-    some = found.outcome.copy()
-    some[:3] = "shakedown"
-    mixed = replace(found, outcome=some)
-    assert mixed.same_outcome is False
-    assert mixed.unique is False
-
-
-@pytest.mark.parametrize("factor", [2.0**30, 2.0**-30])
-def test_units_of_length_change_no_verdict(factor):
-    for q_1 in ([0.0, 0.5, 0.0, -0.5], [0.0, 0.1, 0.0, -0.1]):
-        problem = of_three(q_1)
-        one = shakedown.initial_state_map(problem, 1.0, states=16, reach=3.0)
-        softer = replace(problem, A=problem.A / factor, B=problem.B / factor, C=problem.C / factor)
-        other = shakedown.initial_state_map(softer, 1.0, states=16, reach=3.0)
-        assert (one.unique, one.same_outcome) == (other.unique, other.same_outcome)
-        assert other.limit_cycles[0].spread == factor * one.limit_cycles[0].spread

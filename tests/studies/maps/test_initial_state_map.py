@@ -10,7 +10,6 @@ from shakedown.joint.constraints import constraints
 from shakedown.motion.checked_law import admissible
 from shakedown.studies.basin_map import InitialStateMaps
 from shakedown.studies.samplers import BLOCK
-from tests.joints import FAMILY, member
 
 JOINT = shakedown.example("two-node")
 
@@ -111,27 +110,6 @@ def test_undecided_states_count_against_both_ends(found):
     assert doubted.interval[0] < shaken / 256 < (shaken + 10) / 256 < doubted.interval[1]
 
 
-def test_a_grid_has_no_confidence_interval():
-    grid = shakedown.initial_state_map(JOINT, 0.7, states=30, sampler="grid")
-    assert (grid.sampling.states, len(grid)) == (25, 27)
-    assert np.isnan(grid.interval).all()
-
-
-def test_period_two_members_show_as_such():
-    """A family with unique evolution in which a limit cycle repeats only every second cycle."""
-    *data, load_factor, _ = FAMILY[0]
-    problem = member(*data)
-    states = shakedown.initial_state_map(problem, load_factor, states=BLOCK)
-    twos = [cycle for cycle in states.limit_cycles if cycle.period == 2]
-    assert twos
-    assert set(states.period[states.outcome == "cyclic-slip"]) >= {2}
-    cycle = twos[0]
-    assert cycle.final_slip.shape == (2, 2)
-    alone = shakedown.long_term_state(problem, load_factor, states.initial_slip[cycle.example])
-    assert np.abs(cycle.final_slip - alone.final_slip).max(axis=1).min() <= 1e-9
-    assert cycle.contact_sequences >= 1
-
-
 def test_several_load_factors_make_several_maps():
     maps = shakedown.initial_state_map(JOINT, [0.6, 0.7, 0.8], states=BLOCK)
     assert isinstance(maps, InitialStateMaps)
@@ -158,20 +136,3 @@ def test_several_load_factors_make_several_maps():
 def test_misuse_is_said_in_one_line(words, said):
     with pytest.raises(shakedown.UsageError, match=said):
         shakedown.initial_state_map(JOINT, **{"load_factor": 0.7, **words})
-
-
-def test_a_load_factor_without_energy_ball_costs_the_others_nothing(tmp_path):
-    words = {"states": BLOCK, "sampler": "ball", "path": tmp_path / "map.npz"}
-    maps = shakedown.initial_state_map(JOINT, [0.6, 0.8, 0.65], **words)
-    np.testing.assert_array_equal(maps.load_factors, [0.6, 0.65])
-    (missing,) = maps.missing
-    assert (missing.place, missing.load_factor) == (1, 0.8)
-    assert missing.reason.startswith("radius 0 (")
-    alone = shakedown.initial_state_map(JOINT, 0.65, states=BLOCK, sampler="ball")
-    np.testing.assert_array_equal(maps.maps[1].final_slip, alone.final_slip)
-    with np.load(tmp_path / "map.npz") as file:
-        np.testing.assert_array_equal(file["load_factor"], np.repeat([0.6, 0.65], 2 + BLOCK))
-    again = shakedown.initial_state_map(JOINT, [0.6, 0.8, 0.65], resume=True, **words)
-    assert again.to_dict() == maps.to_dict()
-    with pytest.raises(shakedown.UsageError, match=r"a finite energy ball at load factor 0\.8"):
-        shakedown.initial_state_map(JOINT, [0.8, 0.9], states=BLOCK, sampler="ball")

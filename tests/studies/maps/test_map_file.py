@@ -50,14 +50,6 @@ def test_a_map_that_is_whole_comes_out_the_same_when_resumed(tmp_path):
     assert mapped(path, 71, resume=True).initial_slip.shape == (73, 2)
 
 
-def test_several_load_factors_are_rows_below_each_other(tmp_path):
-    path = tmp_path / "map.npz"
-    maps = shakedown.initial_state_map(JOINT, [0.7, 0.8], states=65, path=path)
-    with np.load(path) as file:
-        np.testing.assert_array_equal(file["load_factor"], np.repeat([0.7, 0.8], 67))
-        np.testing.assert_array_equal(file["final_slip"][67:], maps.maps[1].final_slip)
-
-
 @pytest.fixture
 def small_pieces(monkeypatch):
     monkeypatch.setattr("shakedown.studies.mapping.MapPieces.size", 16)

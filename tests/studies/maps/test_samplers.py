@@ -68,12 +68,6 @@ def test_what_a_transient_leaves_is_admissible_at_the_first_load():
     assert len(np.unique(slips.round(9), axis=0)) > 30
 
 
-def test_above_the_upper_bound_the_box_is_about_the_last_safe_slip():
-    chosen = Sampling(JOINT, 0.8)
-    np.testing.assert_array_equal(chosen.centre, shakedown.upper_bound(JOINT).slip)
-    assert chosen.centre_is == "safe slip at λ_max"
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.bounds.uniqueness.coupling import unique_in_contact
 from shakedown.motion.evolution import Evolution
 
 JOINT = shakedown.example("two-attractors")
@@ -58,8 +57,3 @@ def test_both_are_stable_and_a_disturbance_shrinks_by_the_contraction(found, whi
     apart = np.abs(np.subtract(*ends)).max(axis=1)
     assert apart[-1] / apart[-2] == pytest.approx(found.contraction[cycle.example], rel=1e-3)
     assert 0 < found.contraction[cycle.example] < 1
-
-
-def test_the_rates_are_unique():
-    assert unique_in_contact(JOINT).unique
-    assert shakedown.friction_thresholds(JOINT).uniqueness.low > JOINT.f.max()

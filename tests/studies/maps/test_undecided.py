@@ -32,7 +32,3 @@ def test_where_cycles_ran_out_more_may_help():
     counts = [reason.count for reason in found.undecided_reasons]
     assert counts == sorted(counts, reverse=True)
     assert sum(counts) == found.looked_at_again <= found.undecided
-
-
-def test_decided_states_need_no_reason():
-    assert shakedown.initial_state_map(JOINT, 0.7, states=16).undecided_reasons == ()

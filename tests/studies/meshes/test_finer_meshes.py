@@ -1,6 +1,5 @@
 """Which numbers converge with the mesh: verdicts of known sequences, tables, runs that are killed."""
 
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -13,7 +12,6 @@ from benchmarks.refinement import block_on_plane
 from shakedown import UsageError, plot
 from shakedown.assessment.transient_limit import slip_limit
 from shakedown.joint.contact_surface import element_count
-from shakedown.studies import refined as module
 from shakedown.studies.refined import COLUMNS, SLOWEST, Refinement, trend
 
 H = 2.0 ** -np.arange(5)
@@ -49,19 +47,6 @@ def test_what_is_zero_on_all_meshes_has_no_limit():
         found = trend(H[:count], np.zeros(count))
         assert found.verdict == "zero"
         assert np.isnan(found.limit)
-
-
-@pytest.mark.parametrize("name", ["block-9", "block-3x3"])
-def test_a_joint_at_rest_has_no_work_not_even_of_round_off(name):
-    joint = shakedown.example(name)
-    assert shakedown.long_term_state(joint, 0.3).outcome == "shakedown"
-    found = shakedown.refine({1: joint}, [1], load_factor=0.3)
-    assert (found.numbers["work"], found.numbers["largest_slip"]) == (0.0, 0.0)
-    assert found.verdict["work"] == found.verdict["largest_slip"] == "zero"
-
-
-def test_three_meshes_of_which_the_first_has_no_slip_do_not_tell():
-    assert trend(H[:3], np.array([0.0, 2.0, 3.0])).verdict == "undecided"
 
 
 def test_elements_not_nodes_tell_the_order():
@@ -156,51 +141,6 @@ def test_the_block_below_the_critical_friction(found):
     assert plot.refinement(found).get_ylim()[0] == 0.0
 
 
-def test_a_killed_run_goes_on_where_it_was(found, tmp_path, monkeypatch):
-    output, real, done = tmp_path / "t.csv", module.mesh_row, []
-
-    def killed(problem, *rest):
-        if len(done) == 1:
-            raise KeyboardInterrupt
-        done.append(problem.n)
-        return real(problem, *rest)
-
-    monkeypatch.setattr(module, "mesh_row", killed)
-    small = {5: by_dozen(2), 9: by_dozen(4)}
-    with pytest.raises(KeyboardInterrupt):
-        shakedown.refine(small, [5, 9], output=output)
-    assert (tmp_path / "t.csv.parts").exists()
-    monkeypatch.setattr(
-        module, "mesh_row", lambda problem, *rest: done.append(problem.n) or real(problem, *rest)
-    )
-    again = shakedown.refine(small, [5, 9], output=output, resume=True)
-    assert done == [5, 9]
-    assert np.array_equal(again.numbers["impossible_above"], found.numbers["impossible_above"][:2])
-    assert output.read_text().startswith("size,nodes,impossible_above,")
-    assert not (tmp_path / "t.csv.parts").exists()
-
-
-def test_a_function_that_was_changed_does_not_go_on(tmp_path, monkeypatch):
-    output, friction = tmp_path / "t.csv", [0.2]
-
-    def make(size):
-        return block_on_plane(2 * size, friction[0])
-
-    def killed(problem, *_):
-        if problem.n == 7:
-            raise KeyboardInterrupt
-        return dict.fromkeys(COLUMNS, 1.0)
-
-    with monkeypatch.context() as patched:
-        patched.setattr(module, "mesh_row", killed)
-        with pytest.raises(KeyboardInterrupt):
-            shakedown.refine(make, [2, 3], output=output)
-        friction[0] = 0.4
-        patched.setattr(module, "mesh_row", lambda problem, *_: dict.fromkeys(COLUMNS, problem.f[0]))
-        again = shakedown.refine(make, [2, 3], output=output, resume=True)
-    assert again.numbers["work"].tolist() == [0.4, 0.4]
-
-
 def test_the_command_says_the_same(found, tmp_path):
     paths = [str(tmp_path / f"{size}.npz") for size in (2, 4)]
     for path, size in zip(paths, (2, 4), strict=True):
@@ -217,26 +157,6 @@ def test_the_command_says_the_same(found, tmp_path):
         2,
         "shakedown-bounds: meshes: expected one joint, the coarsest first, found [9, 5] contact nodes\n",
     )
-
-
-def test_meshes_are_those_of_one_joint(caplog, monkeypatch):
-    monkeypatch.setattr(module, "mesh_row", lambda *_: dict.fromkeys(COLUMNS, 1.0))
-    coarse, fine = by_dozen(2), by_dozen(4)
-    shakedown.refine({2: coarse, 4: fine}, [2, 4])
-    assert not caplog.messages
-    for other in (
-        replace(fine, f=np.full(9, 0.3)),
-        lambda size: replace(by_dozen(size), f=np.full(2 * size + 1, size / 10)),
-    ):
-        caplog.clear()
-        shakedown.refine(other if callable(other) else {2: coarse, 4: other}, [2, 4])
-        assert caplog.messages == ["the meshes differ in friction: are they one joint?"]
-    for units in (
-        {2: coarse, 4: replace(fine, units="N, m")},
-        lambda size: replace(by_dozen(size), units=f"{size} N"),
-    ):
-        with pytest.raises(UsageError, match="meshes: expected one joint in the same units"):
-            shakedown.refine(units, [2, 4])
 
 
 @pytest.mark.parametrize(
