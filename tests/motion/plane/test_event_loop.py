@@ -41,14 +41,6 @@ def test_a_record_changes_nothing(name, load_factor):
     assert starts.sum() >= 3 * plain.problem.m
 
 
-def test_the_signature_tells_when_states_change_and_nothing_else():
-    evolution = evolution_of("two-node", 0.9)
-    signatures = [evolution.cycle().signature for _ in range(6)]
-    assert len(set(signatures[2:])) == 1  # the limit cycle
-    other = evolution_of("two-node", 1.5)
-    assert other.cycle().signature not in signatures
-
-
 def test_the_loop_returns_when_the_record_is_full_and_goes_on():
     evolution, whole = evolution_of("block-9", 5.0), evolution_of("block-9", 5.0)
     first = whole.cycle(record=True)

@@ -12,9 +12,7 @@ from shakedown.motion.plane.active_set import (
     ON_BACKWARD,
     ON_FORWARD,
     active_set,
-    factorize,
     rates,
-    solve,
     solve_rates,
 )
 from shakedown.motion.plane.event_loop import enumerate_states, take_wanted
@@ -26,14 +24,6 @@ TOLERANCE = 1e-12
 def pivot(act, rate, tolerance):
     """Pivoting alone, which compiled loops call."""
     return solve_rates(act, rate, tolerance, False)
-
-
-def violated_equations(act, reaction):
-    """Largest |q|, |p| of an open node, |q ∓ f p| of a slipping one."""
-    q, p = np.split(reaction, 2)
-    slipping = np.abs(q - act.state * act.f * p)
-    parts = np.where(act.state == OPEN, np.maximum(np.abs(q), np.abs(p)), slipping)
-    return np.max(parts, where=act.state != STICK, initial=0.0)
 
 
 def random_instant(seed, n, f=0.3):
@@ -58,7 +48,7 @@ def take_states(act, rate, states):
     return take_wanted(act, rate)
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(10))
 def test_pivoting_and_enumeration_find_the_same_rates(seed):
     instant = random_instant(seed, n=1 + seed % 5)
     act, rate = set_up(*instant)
@@ -67,26 +57,6 @@ def test_pivoting_and_enumeration_find_the_same_rates(seed):
     act, rate = set_up(*instant)
     assert enumerate_states(act, rate, TOLERANCE)
     assert rate.motion == pytest.approx(expected, abs=1e-10)
-
-
-def test_inverse_follows_changes_of_state():
-    """Bordering and removal against a matrix that is set up and factorized afresh."""
-    rng = np.random.default_rng(0)
-    kappa, f, *_ = random_instant(5, n=8)
-    act, fresh, rate = active_set(kappa, f), active_set(kappa, f), rates(8)
-    for _ in range(300):
-        wanted = act.state.copy()
-        wanted[rng.integers(0, 8, 2)] = rng.choice([0, 1, -1, 2], 2)
-        assert take_states(act, rate, wanted)
-        fresh.state[:] = wanted
-        assert factorize(fresh) != 0
-        assert np.array_equal(act.state, wanted)
-        load, one, other = rng.normal(size=16), np.empty(16), np.empty(16)
-        solve(act, load, one)
-        solve(fresh, load, other)
-        assert one == pytest.approx(other, abs=1e-11)
-        assert factorize(act) == factorize(fresh)
-        assert violated_equations(act, load + kappa @ one) <= 1e-12
 
 
 def test_a_singular_set_of_moving_nodes_is_refused():

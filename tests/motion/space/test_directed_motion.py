@@ -196,36 +196,6 @@ def test_implicit_steps_come_closer_the_shorter_they_are():
     assert errors[2] < 2e-3
 
 
-def test_the_way_of_a_frictionless_node_is_that_of_a_finer_path():
-    root = np.random.default_rng(5).normal(size=(9, 12))
-    kappa, loads = root @ root.T / 9 + 0.1 * np.eye(9), np.random.default_rng(6).normal(size=(5, 9))
-    joint = Problem(
-        A=kappa[:6, :6],
-        B=kappa[6:, :6],
-        C=kappa[6:, 6:],
-        f=[0, 0.4, 0.3],
-        q_w=loads[:, :6],
-        p_w=3 + loads[:, 6:],
-    )
-    coarse, fine = (evolve(joint, 1.0, tolerances=Tolerances(path=path)).cycles[0] for path in (1e-8, 1e-11))
-    assert fine.slip.min() > 0.1
-    np.testing.assert_allclose(coarse.slip, fine.slip, atol=1e-6)
-    motion, steps = Evolution(joint, 1.0), FixedSteps(cut(joint, 100), 1.0)
-    motion.cycle()
-    steps.cycle()
-    steps.state = motion.state
-    np.testing.assert_allclose(steps.cycle().slip, motion.cycle().slip, rtol=0.02)
-
-
-def test_what_is_not_held_is_said():
-    loose = node(C=[[1.0]], p_w=[[1.0], [-3.0]])
-    run = evolve(loose, 1.0)
-    assert run.stop is None  # it opens, held by C
-    assert run.cycles[0].opened.all()
-    without = evolve(node(p_w=[[1.0], [-3.0]]), 1.0)
-    assert "node 0 lifts off, and the problem has no C" in without.stop.reason
-
-
 def test_a_jump_ends_in_equilibrium():
     """Above the friction threshold of the plane's jump: the same jump, in one direction of two."""
     plane = shakedown.example("jump")
