@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.bodies.classical import cylinder_on_flat, hertz, press_fit
+from benchmarks.bodies.classical import hertz
 from benchmarks.classical_contacts import line_contact_errors, press_fit_errors
-from shakedown.ground.errors import UsageError
 
 
 def test_the_press_fit_converges_to_lames_pressure_with_order_two():
@@ -29,10 +28,3 @@ def test_hertz_shear_has_the_force_it_is_given_and_no_slip_without_it():
     x = np.linspace(-1.5, 1.5, 200_001)
     assert np.trapezoid(sheared.shear(x, 0.3), x) == pytest.approx(0.003, rel=1e-5)
     assert hertz(0.02).stick == hertz(0.02).half_width
-
-
-def test_bad_arguments_are_refused():
-    with pytest.raises(UsageError, match="interference > 0"):
-        press_fit(interference=0.0)
-    with pytest.raises(UsageError, match="approach > 0"):
-        cylinder_on_flat(approach=-1.0)

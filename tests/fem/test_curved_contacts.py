@@ -4,14 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import writers
 from meshed_apart import write
 from skfem import MeshQuad
 
-from shakedown import averaged, import_model
+from shakedown import import_model
 from shakedown.fem import ElasticBody, Material, Pressure, Support, contact_problem
 from shakedown.joint.contact_surface import surface_of
-from shakedown.joint.hat_functions import coarsened
 
 STEEL = Material(210e3, 0.3)
 COUNT, RADIUS, BORE = 24, 40.0, 32.0
@@ -81,30 +79,6 @@ def test_it_is_the_same_joint_wherever_it_begins(turn):
         np.testing.assert_allclose(found.kappa, expected.kappa, rtol=0, atol=1e-9 * size)
 
 
-def test_every_second_node_around_a_ring_stays():
-    problem = joint(sector())
-    for fewer in (coarsened(problem), averaged(problem, 2.0 * problem.x[1])):
-        assert np.sort(angles(fewer).round() % 360).tolist() == [30.0 * k for k in range(12)]
-
-
-def test_hats_around_a_ring_leave_turns_and_the_pressure_alone():
-    """A ring that turns as a whole turns on fewer nodes, too, and has the pressure that it had."""
-    problem = joint(sector())
-    fewer = averaged(problem, 2.0 * problem.x[1])
-    size = np.abs(problem.A).max()
-    np.testing.assert_allclose(fewer.A @ np.ones(12), 0.0, atol=1e-9 * size)
-    pressure = problem.p_w / problem.node_area
-    np.testing.assert_allclose(fewer.p_w / fewer.node_area, pressure[:, :1] * np.ones(12), rtol=1e-9)
-
-
-def test_two_rings_of_one_contact_are_two():
-    problem = joint(sector(bottom="both"))
-    surface = surface_of(problem)
-    assert [len(part) for part in surface.parts] == [COUNT, COUNT]
-    assert not surface.edge.any()
-    assert all(np.ptp(np.hypot(*problem.coordinates[part, :2].T)) < 1e-9 for part in surface.parts)
-
-
 def test_a_held_node_opens_a_ring():
     mesh = sector()
     held = lambda x: (np.hypot(*x) > 0.97 * RADIUS) & (np.abs(np.arctan2(x[1], x[0])) < 2 * np.pi / COUNT)  # noqa: E731
@@ -138,27 +112,3 @@ def test_an_import_has_the_order_and_the_lengths_of_the_same_bodies(bodies):
     found = of_decks(folder, 'pairs = ["UPPER", "LOWER"]')
     np.testing.assert_allclose(found.x, expected.x, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(found.kappa, expected.kappa, atol=1e-9 * np.abs(expected.kappa).max())
-
-
-def test_without_elements_the_nearest_node_ahead_is_next(bodies, tmp_path):
-    _, expected = bodies
-    first = [int(label.split("/")[0]) + 1 for label in expected.label]
-    places = expected.coordinates.tolist()
-    second = [1001 + k for k in range(expected.n)]
-    lines = [
-        f"{label},{x!r},{y!r},{z!r}"
-        for own in (first, second)
-        for label, (x, y, z) in zip(own, places, strict=True)
-    ]
-    (tmp_path / "job.inp").write_text("*NODE\n" + "\n".join(lines) + "\n")
-    dofs = [(label, axis) for own in (first, second) for label in own for axis in (1, 2)]
-    sti, dof = writers.calculix_storage(np.eye(len(dofs)) + 0.1, dofs)
-    (tmp_path / "job.sti").write_text(sti)
-    (tmp_path / "job.dof").write_text(dof)
-    order = np.random.default_rng(1).permutation(expected.n).tolist()
-    pairs, normals = [[first[k], second[k]] for k in order], [expected.normal[k, :2].tolist() for k in order]
-    found = of_decks(tmp_path, f"pairs = {pairs}\nnormals = {normals}", first[0])
-    begin, around = 0.0, np.inf
-    if expected.n == COUNT:  # a ring begins with the node named first
-        begin, around = expected.x[order[0]], COUNT * expected.x[1]
-    np.testing.assert_allclose(found.x, (expected.x[order] - begin) % around, atol=1e-9)

@@ -43,11 +43,6 @@ def test_above_it_a_gap_closes(joint, upper):
         shakedown.long_term_state(joint, 1.02 * upper.load_factor, upper.slip, open_nodes=upper.open_nodes)
 
 
-def test_bad_arguments_are_refused():
-    with pytest.raises(UsageError, match=r"0 < slope < 0\.9"):
-        dovetail(slope=1.0)
-
-
 def test_a_large_joint_is_bounded_with_its_open_nodes():
     """120 nodes in a chain, the first 48 of them pulled open."""
     n, t = 120, 2 * np.pi * np.arange(24) / 24

@@ -11,11 +11,9 @@ import shakedown
 from benchmarks.bodies.classical import press_fit
 from benchmarks.bodies.dovetail import dovetail
 from shakedown.fem import (
-    Displacement,
     ElasticBody,
     Material,
     Pressure,
-    Support,
     Traction,
     block_mesh,
     contact_problem,
@@ -61,33 +59,6 @@ def test_the_same_joint_has_the_same_source_and_another_magnitude_another():
     assert clamped().source == clamped().source
     assert clamped().source != clamped(shear=12.5).source
     assert told(clamped(order=2))["bodies"][0]["mesh"]["type"] == "biquadratic quadrilaterals"
-
-
-def test_second_bodies_supports_gaps_and_functions_are_told():
-    source = told(press_fit())
-    assert source["gap"] == -1e-3
-    shaft, hub = source["bodies"]
-    assert shaft["supports"] == [{"boundary": "floor", "holds": ["y"]}, {"boundary": "wall", "holds": ["x"]}]
-    assert hub["loads"][0]["value"] == ["a function of place", 0.0]
-    assert len(told(dovetail())["bodies"]) == 2
-
-
-def test_long_histories_are_told_by_their_range():
-    push = Displacement("top", y=-1e-3, history=np.linspace(0.5, 1.0, 12), transient=[0.1, 0.2])
-    body = ElasticBody(
-        block_mesh(2.0, 1.0, 4, 2), Material(1.0, 0.3), supports=[Support("left", y=False)], loads=[push]
-    )
-    (load,) = told(contact_problem(body, "bottom", np.full(5, 0.3)))["bodies"][0]["loads"]
-    assert load == {
-        "kind": "Displacement", "history": "12 values, 0.5 … 1", "transient": [0.1, 0.2], "boundary": "top", "y": -1e-3,
-    }  # fmt: skip
-
-
-def test_a_history_that_stays_is_told_as_one_number():
-    press = Pressure("top", 2.0, history=np.ones(24))
-    body = ElasticBody(block_mesh(2.0, 1.0, 4, 2), Material(1.0, 0.3), loads=[press])
-    (load,) = told(contact_problem(body, "bottom", 0.5))["bodies"][0]["loads"]
-    assert load["history"] == "24 values, all 1"
 
 
 def test_the_file_of_a_mesh_is_told_with_its_digest(tmp_path):

@@ -11,7 +11,6 @@ from benchmarks.bodies.sphere import (
     sphere_contact,
     sphere_on_flat,
 )
-from shakedown.ground.errors import UsageError
 from shakedown.motion.evolution import evolve
 
 F = 0.5
@@ -73,12 +72,3 @@ def test_the_rolled_sphere_is_held_below_the_limit_and_creeps_above_it():
     crept = above.drift.reshape(-1, 2)
     assert crept == pytest.approx(np.tile(crept[0], (len(crept), 1)), abs=1e-6)  # as one body
     assert np.arctan2(*crept[0][::-1]) == pytest.approx(0.4, abs=0.05)
-
-
-def test_bad_arguments_are_refused():
-    with pytest.raises(UsageError, match="rings >= 1"):
-        sphere_on_flat(0)
-    with pytest.raises(UsageError, match="multiple of 4"):
-        rolling_sphere(steps=6)
-    with pytest.raises(UsageError, match="size <= 1"):
-        rolling_sphere(2.0)
