@@ -26,27 +26,11 @@ def test_cells_have_the_dissipation_of_their_states(grid):
     assert resting.get_array().count() == grid.outcomes["shakedown"]
 
 
-def test_the_states_with_a_name_stand_in_the_legend(grid):
-    said = words(plot.basin(grid))
-    assert said == ["shakes down", "safe slip", "slip zero: shakedown", "critical state: cyclic slip"]
-
-
 def test_states_anywhere_are_dots():
     found = shakedown.initial_state_map(JOINT, 0.7, states=200, sampler="ball", reach=3.0)
     axes = plot.basin(found)
     drawn = sum(len(collection.get_offsets()) for collection in axes.collections)
     assert drawn == 200
-
-
-def test_of_more_nodes_it_says_which_slips_vary():
-    block = shakedown.example("block-9")
-    spread = plot.basin(shakedown.initial_state_map(block, 4.0, states=8, coordinates=(2, 6)))
-    assert "7 slips vary too" in spread.get_title()
-
-
-def test_one_node_has_no_plane():
-    with pytest.raises(shakedown.UsageError, match="two nodes or more"):
-        plot.basin(shakedown.initial_state_map(shakedown.example("one-node"), 1.0, states=4))
 
 
 def test_the_share_is_drawn_with_its_interval():
@@ -72,8 +56,3 @@ def test_separation_has_a_colour_of_its_own():
     assert len(axes.figure.axes) == 1  # no colour bar of dissipations
     (drawn,) = [image for image in axes.collections if image.get_array().count()]
     assert drawn.get_array().count() == 36
-
-
-def test_one_other_slip_is_one():
-    found = shakedown.initial_state_map(apart(3), 1.0, states=8)
-    assert plot.basin(found).get_title() == "λ = 1; the other slip varies too"

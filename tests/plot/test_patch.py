@@ -1,6 +1,5 @@
 """Pictures of a patch show the numbers of the results, where the nodes are, whichever way tangents are turned."""
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +11,6 @@ import shakedown
 from shakedown import UsageError, plot
 from shakedown.joint.constraints import loading
 from shakedown.plot.patch_places import places_of
-from shakedown.plot.paths import slip_of_nodes, work_of_nodes
 
 BARE = shakedown.example("four-node-3d")
 CORNERS = np.array([[0.0, 0.0, 5.0], [2.0, 0.0, 5.0], [2.0, 1.0, 5.0], [0.0, 1.0, 5.0]])
@@ -46,20 +44,6 @@ def test_arrows_are_the_use_of_friction_in_the_model_and_none_leaves_its_disc(cy
     np.testing.assert_allclose(discs._widths, radius)
     np.testing.assert_allclose(drawn[:, 2:] / radius, (q / limit[:, None])[order], atol=1e-12)
     assert np.linalg.norm(drawn[:, 2:], axis=1).max() <= (1 + 1e-7) * radius
-
-
-def test_a_use_of_friction_of_nothing_is_said_to_be_below_a_bound(cyclic):
-    path = cyclic.history
-    tiny = replace(path, q=np.where(path.cycle[:, None] == path.cycle[0], 1e-9, 1.0) * path.q)
-    title = plot.friction_use_at(tiny, JOINT, float(path.cycle[0])).get_title()
-    assert re.search(r"\|q\| / f p < [\d.]+$", title)
-
-
-def test_a_mean_of_nothing_has_no_arrow_and_no_name():
-    without = replace(JOINT, q_w=JOINT.q_w - JOINT.q_w.mean(axis=0), q_mean=None)
-    axes = plot.loads_over_patch(without)
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["q_w over a period"]
-    assert not any(isinstance(c, Quiver) for c in axes.collections)
 
 
 def test_turned_tangents_change_no_arrow():
@@ -103,11 +87,6 @@ def test_orbits_stay_within_the_limit_and_say_the_work_of_node_results(cyclic):
     assert axes.get_xlabel() == "slip v_x − middle [mm]"
 
 
-def test_the_path_alone_has_nearly_the_integrated_work_and_slip(cyclic):
-    for found in (work_of_nodes, lambda result: slip_of_nodes(result, JOINT)):
-        np.testing.assert_allclose(found(cyclic.history), found(cyclic), rtol=2e-3, atol=1e-9)
-
-
 def test_without_places_numbers_stand_over_those_of_the_nodes(cyclic):
     time = float(cyclic.history.cycle[3])
     axes = plot.pressure_over_patch(cyclic, BARE, time)
@@ -126,14 +105,6 @@ def test_pressure_of_a_joint_in_space_is_that_over_the_patch(cyclic):
     assert drawn.figure.axes[-1].get_ylabel() == "pressure [MPa]"
     with pytest.raises(UsageError, match=r"cycles: expected one time \(a picture of a patch\), found 2"):
         plot.pressure(cyclic, JOINT, cycles=[0.0, 0.5])
-
-
-def test_zones_are_counted_as_the_path_has_them(cyclic):
-    for time in cyclic.history.cycle[[0, 10, 30]]:
-        state = cyclic.history.at(np.array([time])).state[0]
-        counts = [int((state == kind).sum()) for kind in (0, 1, 2)]
-        title = plot.zones_at(cyclic, JOINT, float(time)).get_title()
-        assert title.endswith("{} stick, {} slip, {} open".format(*counts))
 
 
 def grid(n: int, m: int) -> np.ndarray:
@@ -186,16 +157,6 @@ def test_loads_of_nodes_with_tangents_of_their_own_are_summed_along_the_axes():
     np.testing.assert_allclose(lines[0].get_ydata()[:-1], x)
     np.testing.assert_allclose(lines[2].get_ydata()[:-1], p[:, :2].sum(axis=1) - p[:, 2:].sum(axis=1))
     assert plot.loads_in_time(JOINT).lines[1].get_label() == "Σ q_w in x"
-
-
-def test_joints_of_the_other_kind_are_refused_in_one_line(cyclic):
-    with pytest.raises(UsageError, match="expected two tangential directions, found one"):
-        plot.loads_over_patch(shakedown.example("two-node"))
-    for draw in (plot.hysteresis, plot.zones):
-        with pytest.raises(UsageError, match="expected one tangential direction, found two"):
-            draw(cyclic)
-    with pytest.raises(UsageError, match="from 0 to 3, found 4"):
-        plot.load_orbits(JOINT, 4)
 
 
 def test_pressures_at_all_instants_have_the_colours_of_the_whole_path(cyclic):

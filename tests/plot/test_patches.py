@@ -1,11 +1,9 @@
 """Patches of a contact in space: what is cut, where it is drawn, and what is said of a curved one."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from shakedown import Problem, UsageError, plot
+from shakedown import Problem, plot
 from shakedown.models.condensation.contact_frame import tangent_pairs
 from shakedown.plot.patch_places import places_of
 
@@ -92,16 +90,6 @@ def test_fine_rows_far_apart_are_one_patch():
     np.testing.assert_allclose(patch.points, rows[:, :2])
 
 
-def test_of_a_curved_patch_the_picture_says_that_it_is_projected():
-    points = np.random.default_rng(0).normal(size=(300, 3))
-    points = points[points[:, 2] > 0.3 * np.linalg.norm(points, axis=1)]
-    points /= np.linalg.norm(points, axis=1)[:, None]
-    sphere = joint(5.0 * points, points)
-    assert plot.loads_over_patch(sphere).get_title().startswith("curved, projected\n")
-    with pytest.raises(UsageError, match="patch: expected a number from 0 to 0, found 1"):
-        plot.loads_over_patch(sphere, patch=1)
-
-
 @pytest.mark.parametrize("scale", [2.0**-200, 2.0**200])
 def test_units_change_no_patch(scale):
     for places, normals, faces in (bracket(), spacer()):
@@ -121,10 +109,3 @@ def test_nodes_at_one_place_or_in_a_row_are_drawn_there(n):
         assert sorted(patch.nodes) == list(range(n))
         assert np.isfinite(patch.points).all()
         assert patch.triangles is None
-
-
-def test_places_along_a_line_are_drawn_on_it():
-    row = replace(joint(np.zeros((3, 3)), None), coordinates=None, x=np.array([0.0, 1.0, 5.0]))
-    (patch,) = patches(row)
-    assert np.ptp(patch.points, axis=0).tolist() == [5.0, 0.0]
-    assert plot.loads_over_patch(row).get_xlabel() == "x"

@@ -7,7 +7,6 @@ import pytest
 
 import shakedown
 from shakedown import UsageError, plot
-from shakedown.joint.contact_surface import flanks
 from shakedown.joint.units import units_of
 
 BLOCK = shakedown.example("block-9")
@@ -44,23 +43,6 @@ def test_units_are_shown_where_they_are_known(units, expected):
     assert units_of(replace(TWO, units=units)) == expected
 
 
-def test_axes_carry_units(cyclic):
-    joint = replace(TWO, units="N, mm")
-    assert plot.hysteresis(cyclic, joint).get_xlabel() == "slip v [mm]"
-    assert plot.load_loop(joint).get_ylabel() == "welded reaction p_w [N]"
-    assert plot.slip_space(joint, 0.7).get_ylabel() == "slip of node 1 [mm]"
-    assert plot.pressure(cyclic, replace(joint, node_area=[2.0, 2.0])).get_ylabel() == "pressure [MPa]"
-
-
-def test_no_line_joins_two_flanks():
-    x = np.array([0.0, 1.0, 2.0, 9.0, 10.0, 11.0])
-    assert [part.tolist() for part in flanks(x)] == [[0, 1, 2], [3, 4, 5]]
-    assert [part.tolist() for part in flanks(x[::-1])] == [[5, 4, 3], [2, 1, 0]]
-    apart = replace(BLOCK, x=np.concatenate([np.arange(5.0), 30 + np.arange(4.0)]))
-    axes = plot.slip_along({"safe": shakedown.upper_bound(apart).slip}, apart)
-    assert [len(line.get_xdata()) for line in axes.lines] == [5, 4]
-
-
 def test_pressure_shows_the_recorded_reactions():
     state = shakedown.long_term_state(BLOCK, 1.0)
     time = float(state.history.cycle[3])
@@ -77,23 +59,6 @@ def test_zones_show_each_state_where_it_was():
     image = axes.collections[0].get_array()
     assert image.shape[1] == BLOCK.n
     assert (image == 3).any() == (state.history.state == 2).any()
-
-
-def test_what_is_not_recorded_cannot_be_drawn():
-    run = shakedown.simulate(TWO, 0.7, cycles=5)
-    for draw in (plot.hysteresis, plot.zones):
-        with pytest.raises(UsageError, match="expected recorded events"):
-            draw(run if run.history is None else None)
-    with pytest.raises(UsageError, match="from 0 to 1, found 2"):
-        plot.load_loop(TWO, 2)
-
-
-def test_the_gap_of_a_graded_mesh_is_no_gap_between_flanks():
-    graded = np.cumsum(1.5 ** np.arange(12.0))
-    assert len(list(flanks(graded))) == 1
-    assert len(list(flanks(np.array([0.0, 5.0])))) == 1
-    near = np.concatenate([0.1 * np.arange(13), 1.2 + 0.375 + 0.1 * np.arange(13)])
-    assert [len(part) for part in flanks(near)] == [13, 13]
 
 
 def test_zones_of_two_flanks_leave_the_gap_between_them_free():
@@ -152,32 +117,6 @@ def test_slip_ranges_are_those_of_the_results_per_node(name, load_factor):
     assert line.get_ydata() == pytest.approx(ranges[np.argsort(joint.x, kind="stable")], rel=1e-12)
 
 
-def test_slip_of_open_nodes_is_no_slip_range(cyclic):
-    joint = shakedown.example("receding-block")
-    state = shakedown.long_term_state(joint, 1.0)
-    (line, *_) = plot.slip_range(state, joint).lines
-    always_open = (state.history.state == 2).all(axis=0)
-    assert always_open.any()
-    assert np.array_equal(np.isnan(line.get_ydata()), always_open[np.argsort(joint.x, kind="stable")])
-
-
-def test_reactions_stay_between_the_limits_that_are_drawn(cyclic):
-    axes = plot.reactions_in_time(cyclic, TWO, 1)
-    (band,), (line,) = axes.collections, axes.lines
-    assert band.get_paths()[0].vertices[:, 1].max() >= line.get_ydata().max()
-    assert axes.get_title() == "node 1"
-
-
-def test_nodes_are_drawn_where_they_are_in_the_model():
-    place = np.zeros((2, 3))
-    place[1, 2] = 3.0
-    normal, tangent = np.tile([0.0, 1.0, 0.0], (2, 1)), np.tile([0.0, 0.0, 1.0], (2, 1))
-    joint = replace(TWO, coordinates=place, normal=normal, tangent=tangent, units="N, mm")
-    axes = plot.contact(joint)
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("y [mm]", "z [mm]")
-    assert np.array_equal(axes.lines[0].get_ydata(), [0.0, 3.0])
-
-
 def test_texts_on_the_scale_do_not_lie_on_each_other():
     marks = {"λ_1": 0.646, "λ_U": 0.657, "λ_E": 0.662, "λ_T": 0.732, "λ_max": 0.739, "none": np.inf}
     axes = plot.load_factor_scale(marks)
@@ -195,12 +134,6 @@ def test_slip_below_the_resolution_is_drawn_on_the_floor():
     low, high = axes.get_ylim()
     assert np.log(1e-10 / low) < 0.3 * np.log(high / low)  # near the lower end of the axis
     assert any("1e-10" in text.get_text() for text in axes.texts)
-
-
-def test_the_nominal_load_stands_out_on_the_scale():
-    axes = plot.load_factor_scale({"λ_E": 0.66, "λ_max": 0.74})
-    assert [text.get_text() for text in axes.texts] == ["λ_E = 0.66", "λ_max = 0.74", "λ = 1 (nominal)"]
-    assert axes.texts[2].get_weight() == "bold"
 
 
 def test_bars_are_the_elasticities_of_the_nodes_that_count():
@@ -226,9 +159,3 @@ def test_a_straight_contact_along_an_axis_is_drawn_at_its_coordinates():
         BLOCK, coordinates=places * [1.0, 1.0, 0.0] + np.outer(np.arange(9.0) ** 2, [1.0, 0.0, 0.0])
     )
     assert plot.slip_along({"safe": np.zeros(9)}, bent).get_xlabel() == "position along the contact [mm]"
-
-
-def test_a_study_of_another_kind_is_refused_by_its_name():
-    found = shakedown.sweep(TWO, {"f": [0.3]}, bounds=["upper"])
-    with pytest.raises(UsageError, match="found: expected a result InitialStateMap, found Sweep"):
-        plot.basin(found)

@@ -31,11 +31,6 @@ def test_slip_space_shows_the_jump_and_the_rows():
     assert any(line.get_linestyle() == ":" for line in axes.lines)
 
 
-def test_slip_space_wants_two_nodes():
-    with pytest.raises(shakedown.UsageError, match="2 nodes"):
-        plot.slip_space(shakedown.example("one-node"), 1.0)
-
-
 @pytest.mark.parametrize("load_factor", [0.0, 0.3, 0.6573, 0.7, 0.73])
 def test_the_safe_polygon_is_the_safe_region(load_factor):
     """Its corners are on two rows each and inside the others; random points agree with the rows."""
@@ -53,11 +48,6 @@ def test_the_safe_polygon_is_the_safe_region(load_factor):
     )
     inside = (points @ rows.G.T + load_factor * rows.d <= rows.g).all(axis=1)
     assert np.array_equal((left >= 0).all(axis=1), inside)
-
-
-def test_no_polygon_above_the_upper_bound_or_without_a_bound():
-    rows = constraints(shakedown.example("two-node"))
-    assert len(safe_polygon(rows, 0.75)) == 0
 
 
 @pytest.mark.parametrize("factor", [1.0, 1.3, 3.0])

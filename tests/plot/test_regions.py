@@ -6,8 +6,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import shakedown
 from shakedown import plot
-from shakedown.ground.errors import UsageError
-from shakedown.studies.design_point import with_parameter
 
 TWO = shakedown.example("two-node")
 
@@ -74,13 +72,6 @@ def test_every_number_of_a_contour_line_is_inside_the_axes():
     assert "nothing is proved there" in axes.get_legend().get_title().get_text()
 
 
-def test_a_parameter_of_the_users_own_function_has_its_own_name():
-    found = shakedown.sweep(lambda friction: with_parameter(TWO, "f", friction), {"friction": [0.2, 0.3]})
-    assert plot.regions(found).get_xlabel() == "friction"
-    assert "friction" in found.columns()
-    assert (found.meanings, found.is_factor(0)) == (("",), False)
-
-
 @pytest.mark.parametrize(
     "vary",
     [
@@ -97,24 +88,6 @@ def test_points_without_numbers_are_drawn_without_complaint(vary):
     found = shakedown.sweep(TWO, vary, bounds=["universal", "upper"])
     plot.regions(found, load_factor=0.0)
     plot.regions(found, load_factor=0.5).figure.savefig("/dev/null", format="png", dpi=20)
-
-
-def test_what_cannot_be_drawn_is_said():
-    single = shakedown.sweep(TWO, {"f": [0.3], "mean": [1.0, 2.0]}, bounds=["upper"])
-    with pytest.raises(UsageError, match="expected two values or more of each of two parameters"):
-        plot.regions(single)
-    grid = shakedown.sweep(TWO, {"f": [0.3, 0.4], "mean": [1.0, 2.0]}, bounds=["upper"])
-    with pytest.raises(UsageError, match="contours: expected one of upper, found lower"):
-        plot.regions(grid, contours="lower")
-    with pytest.raises(UsageError, match="load factor: expected a number >= 0"):
-        plot.regions(grid, load_factor=np.nan)
-
-
-def test_where_all_is_one_region_the_legend_names_it_alone():
-    grid = {"f": np.linspace(0.1, 0.3, 5), "amplitude": np.linspace(0.8, 1.2, 4)}
-    axes = plot.regions(shakedown.sweep(TWO, grid, bounds=["upper"]))
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["never, in contact"]
-    assert axes.get_title() == "at λ = 1; lines: λ_max, impossible above"
 
 
 def test_only_limits_that_have_a_curve_are_in_the_legend_and_the_others_are_told():
