@@ -137,17 +137,6 @@ def test_nobody_there_is_said_in_one_line(monkeypatch, address):
         opened(address)
 
 
-def test_a_cluster_without_workers_is_said_in_one_line(monkeypatch):
-    distributed = pytest.importorskip("distributed")
-    monkeypatch.setattr(module, "PATIENCE", 0.5)
-    options = {"processes": False, "dashboard_address": ":0", "silence_logs": 50, "n_workers": 0}
-    with (
-        distributed.LocalCluster(**options, protocol="tcp") as empty,
-        pytest.raises(UsageError, match="expected workers"),
-    ):
-        opened(empty.scheduler_address)
-
-
 def test_without_dask_there_is_a_clear_line(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed.scheduler", None)
     with pytest.raises(UsageError, match=r"shakedown-bounds\[cluster\]"):

@@ -66,13 +66,6 @@ def test_twenty_questions_are_answered_in_two_clicks():
     assert all(LINK.search(question) for _, question in questions)
 
 
-def test_the_drawing_is_that_of_its_script():
-    import runpy
-
-    drawn = runpy.run_path(str(DOCS / "_extensions" / "data_flow.py"))["drawing"]()
-    assert (DOCS / "_static" / "data-flow.svg").read_text(encoding="utf-8") == drawn
-
-
 def test_the_page_on_architecture_names_every_subpackage():
     table = (DOCS / "explanation" / "architecture.md").read_text(encoding="utf-8")
     subpackages = {path.parent.name for path in (ROOT / "shakedown").glob("*/__init__.py")}
