@@ -30,11 +30,6 @@ def residuals(found):
     return program.violation(x), wrong.max(initial=0.0), abs(program.cost @ x - proved) / size
 
 
-def test_the_solver_prints_nothing(capfd):
-    assert square((-1.0, -2.0)).solve().x == pytest.approx([1.0, 1.0])
-    assert capfd.readouterr() == ("", "")
-
-
 def test_a_vertex_is_taken_only_where_it_is_optimal():
     both = np.arange(2)
     assert square((-1.0, -2.0)).at(both).x == pytest.approx([1.0, 1.0])

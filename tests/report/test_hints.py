@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from command import run
 
 import shakedown
 from shakedown.fem import ElasticBody, Material, Pressure, block_mesh, brick_mesh, contact_problem
@@ -79,14 +78,6 @@ def test_a_last_load_step_that_repeats_the_first_is_said_where_it_counts(name):
     assert doubtful_data(replace(twice, **mean)) == []
 
 
-@pytest.mark.parametrize("factors", [[1, 0, 0, 0, 0, 0, 0, 0, 0], [1, 1, 1, 1, 0, 0, 0, 0], [1, 0] * 6])
-def test_pulses_and_square_waves_are_orders(factors):
-    problem = shakedown.example("block-9")
-    q_w = np.outer(factors, problem.q_w[0])
-    pulse = shakedown.Problem(A=problem.A, B=problem.B, f=0.4, q_w=q_w, p_w=10 * np.ones_like(q_w))
-    assert doubtful_data(pulse) == []
-
-
 @pytest.mark.parametrize("solid", [False, True])
 def test_a_modulus_in_pascals_beside_millimetres_and_newtons_is_said(solid):
     """Slips are then too small by a million, which no ratio of stiffnesses shows."""
@@ -99,35 +90,6 @@ def test_a_modulus_in_pascals_beside_millimetres_and_newtons_is_said(solid):
         assert all(
             hint.endswith("are forces, stiffnesses and positions in the same units?") for hint in found
         )
-
-
-def test_what_is_doubtful_is_among_the_first_lines_of_commands_that_tell_slips(tmp_path):
-    problem = shakedown.example("block-9")
-    shakedown.save_problem(tmp_path / "joint.npz", ordered(problem, [*range(problem.m), 0]))
-    for words in (["solve"], ["simulate", "--cycles", "2"], ["nodes", "--cycles", "2"]):
-        _, out, _ = run(words[0], "joint.npz", *words[1:], cwd=tmp_path)
-        assert "warning: The last load step repeats the first." in out.splitlines()[1]
-
-
-@pytest.mark.parametrize("name", JOINTS)
-def test_without_normal_stiffness_a_coupling_in_other_units_is_said(name):
-    (hint,) = doubtful_data(of(replace(shakedown.example(name), C=None), B=1e3))
-    assert hint.startswith("The largest stiffness in B is ")
-
-
-@pytest.mark.parametrize("name", JOINTS)
-@pytest.mark.parametrize("factors", [{"B": 1e3}, {"A": 1e-3}, {"C": 1e-3}])
-def test_blocks_in_different_units_make_no_stiffness(name, factors):
-    with pytest.raises(shakedown.ProblemError, match="positive semi-definite, found the eigenvalue"):
-        of(shakedown.example(name), **factors)
-
-
-def test_a_body_on_three_feet_moves_without_strain(tmp_path):
-    """Its normal stiffness is round-off, which is no other unit; that of four feet would be one."""
-    for feet, hints in ((3, 0), (4, 1)):
-        loads = {"q_w": np.ones((2, 2 * feet)), "p_w": np.ones((2, feet))}
-        stiffness = {"A": np.eye(2 * feet), "B": np.zeros((feet, 2 * feet)), "C": 1e-8 * np.eye(feet)}
-        assert len(doubtful_data(shakedown.Problem(**stiffness, **loads, f=0.3))) == hints
 
 
 @pytest.mark.parametrize("scale", [1e-12, 1e12])

@@ -10,13 +10,11 @@ import numpy as np
 import pytest
 
 import shakedown
-from benchmarks.bodies.classical import press_fit
 from shakedown import Problem
 from shakedown.assessment.verify import Verification
 from shakedown.bounds.registry import BOUNDS
-from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
-from shakedown.report.data_facts import configuration, source_facts
-from shakedown.report.figures import as_given_state, cycling_state, run_pictures
+from shakedown.report.data_facts import configuration
+from shakedown.report.figures import run_pictures
 from shakedown.report.html import render
 from shakedown.report.limit_facts import limits_table
 from shakedown.report.run_facts import banner_class, limits_on_page, verify_sheet
@@ -175,13 +173,6 @@ def test_the_first_screen_has_the_answer(page):
         assert name in start
 
 
-def test_the_style_knows_paper_darkness_and_narrow_screens(two_page):
-    style = re.search(r"<style>(.*?)</style>", two_page, re.DOTALL)[1]
-    for rule in ("@media print", "size: A4", "prefers-color-scheme: dark", "max-width: 640px"):
-        assert rule in style
-    assert style.count("{") == style.count("}")
-
-
 def test_pictures_of_all_load_factors_share_their_axes_and_one_legend(two):
     cycles, planes = run_pictures(two)
     for shown in (cycles, planes):
@@ -195,13 +186,6 @@ def test_pictures_of_all_load_factors_share_their_axes_and_one_legend(two):
     assert {panel.name for panel in cycles.panels} <= set(drawn)
     for name, plane in drawn.items():
         assert f">{name.partition(',')[0]}</text>" in plane
-
-
-def test_the_names_of_initial_states_are_explained(two_page):
-    assert (
-        "safe: safe at this load; witness: critical at λ_1; random: left by random loads"
-        in Page(two_page).text
-    )
 
 
 def test_colours_of_pictures_follow_the_page(block_page):
@@ -219,41 +203,6 @@ def test_labels_units_and_sources_are_told(block_page):
     ):  # fmt: skip
         assert words in page.text, words
     assert "[model]\nx = 1" in block_page
-
-
-def test_a_joint_from_meshes_tells_its_material_mesh_and_loads():
-    press = Pressure("top", 60.0, history=1.0)
-    shear = Traction("top", (12.0, 0.0), history=lambda t: np.sin(2 * np.pi * t))
-    body = ElasticBody(block_mesh(4.0, 2.0, 4, 2), Material(210e3, 0.3), loads=[press, shear], thickness=10.0)
-    known = sources(contact_problem(body, "bottom", 0.5, steps=8, units="N, mm"))
-    assert known["made by"] == "shakedown.fem.contact_problem"
-    for told in (
-        "young 210000",
-        "poisson 0.3",
-        "thickness 10",
-        "elements 8",
-        "bilinear quadrilaterals",
-        "60",
-        "(12, 0)",
-    ):
-        assert told in known["bodies"]
-    both = sources(press_fit())
-    assert both["gap"] == "-0.001"
-    assert "boundary floor" in both["bodies 1"]
-    assert "outside" in both["bodies 2"]
-
-
-def sources(problem: Problem) -> dict[str, str]:
-    return {fact.label: fact.shown for fact in source_facts(problem)}
-
-
-@pytest.mark.parametrize(
-    "source", ['{"bodies": 3}', '{"bodies": [3, {"loads": [3], "mesh": null}]}', '{"configuration": [1]}']
-)
-def test_a_source_of_another_make_is_shown_as_it_is(source):
-    problem = replace(shakedown.example("two-node"), source=source)
-    assert all(isinstance(fact.value, str) for fact in source_facts(problem))
-    assert len(configuration(problem)) == 2
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -275,16 +224,6 @@ def test_a_joint_that_slips_for_ever_is_never_green(name):
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_fixed_load_steps_alone_make_no_green_banner():
-    block = shakedown.example("block-9")
-    assert banner_class(nominal("block-9")) == "agree"
-    stepped = shakedown.verify(block, load_factors=[1.0], method="gauss-seidel", random_states=0)
-    assert stepped.as_given.simulation.outcome == "shakedown"
-    assert banner_class(stepped) == "open"
-    assert "did not go from event to event" in render(stepped)
-
-
-@pytest.mark.usefixtures("undrawn")
 def test_a_contradiction_stands_right_below_the_answer(two):
     text = Page(
         render(replace(two, disagreements=("λ_max: 1 by linear programming, 2 by the independent solver",)))
@@ -294,48 +233,8 @@ def test_a_contradiction_stands_right_below_the_answer(two):
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_a_solver_that_gives_up_is_a_note_and_changes_no_colour(jump):
-    noted = replace(jump, notes=("λ_1: the independent solver (CLARABEL) stopped without an answer",))
-    assert banner_class(noted) == banner_class(jump)
-    assert "Note: λ_1: the independent solver (CLARABEL) stopped" in Page(render(noted)).text
-
-
-def test_loops_are_those_of_the_loading_as_given_or_say_of_which(two, block):
-    assert cycling_state(two).state is as_given_state(two).state
-    assert as_given_state(block).state.outcome == "shakedown"
-    assert cycling_state(block).state.load_factor > 1
-    factor = cycling_state(block).state.load_factor
-    assert cycling_state(block).which == f"at λ = {factor:.7g}, the nearest simulated load that slips"
-
-
-def test_the_scale_has_a_version_for_narrow_screens(two_page):
-    scale = re.search(r'<div class="scale">(.*?)</figure>', two_page, re.DOTALL)[1]
-    wide, narrow = re.findall(r"<svg.*?</svg>", scale, re.DOTALL)
-    width = [float(re.search(r'viewBox="0 0 ([\d.]+)', svg)[1]) for svg in (wide, narrow)]
-    assert width[1] < 260 < width[0]  # at 360 px its letters are larger than drawn
-    assert all("λ</tspan>" not in svg and "0.657" in svg for svg in (wide, narrow))
-    style = re.search(r"<style>(.*?)</style>", two_page, re.DOTALL)[1]
-    assert ".scale .panel + .panel { display: none; }" in style.split("@media screen and (max-width")[0]
-    assert ".scale .panel + .panel { display: block; }" in style.split("@media screen and (max-width")[1]
-
-
-def test_a_line_on_the_floor_may_be_separation(block_page):
-    assert "has shaken down, or is separation" in Page(block_page).text
-
-
-def test_where_no_node_slips_no_panel_is_drawn_but_that_is_said(block):
-    assert not block.as_given.simulation.slip_per_cycle.any()
-    alone = replace(block, runs=(block.as_given,))
-    (cycles,) = run_pictures(alone)
-    assert cycles.panels == ()
-    assert cycles.caption == "Not drawn, as nothing slips or no cycle ends: λ = 1, between."
-    titles = [panel.name for panel in run_pictures(block)[0].panels]
-    assert titles
-    assert not any(title.startswith("λ = 1,") for title in titles)
-
-
-def test_the_same_verification_makes_the_same_page(two, two_page):
-    first, second = (re.sub(r"\d{4}-\d\d-\d\d \d\d:\d\d UTC", "", page) for page in (two_page, render(two)))
+def test_the_same_verification_makes_the_same_page(two):
+    first, second = (re.sub(r"\d{4}-\d\d-\d\d \d\d:\d\d UTC", "", render(two)) for _ in range(2))
     assert first == second
 
 
@@ -383,10 +282,3 @@ def test_every_limit_is_that_of_the_json_rounded_to_the_safe_side(name, request)
         exact = told[words[symbol]]["load_factor"]
         assert (value >= exact) if symbol == "λ_max" else (value <= exact)
         assert value == pytest.approx(exact, rel=1e-3)  # four digits
-
-
-def test_nothing_is_said_twice(two_page, block_page):
-    for page in (two_page, block_page):
-        text = Page(re.sub(r"(?s)<figure.*?</figure>", "", page)).text
-        sentences = [each for each in re.split(r"(?<=[.:]) ", text) if len(each.split()) > 6]
-        assert [each for each in sentences if sentences.count(each) > 1] == []

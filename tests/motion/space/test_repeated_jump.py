@@ -62,9 +62,7 @@ def test_shorter_steps_lead_to_the_same_end(monkeypatch, drifting):
     np.testing.assert_allclose(finer.work, jump.work, rtol=0.0, atol=1e-2 * jump.work.max())
 
 
-@pytest.mark.parametrize(
-    ("seed", "number", "load_factor"), [(10, 0, 2.1069736009012625)]
-)
+@pytest.mark.parametrize(("seed", "number", "load_factor"), [(10, 0, 2.1069736009012625)])
 def test_a_jump_that_stands_still_is_tried_from_farther_away(seed, number, load_factor):
     """Within 1e-9 of where it began it stood, next to an apex, and was called one that does not come to rest."""
     problem = random_joint(
