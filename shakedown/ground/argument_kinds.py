@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.constants import MANY, P, T
 from shakedown.ground.errors import ShakedownError, UsageError
-from shakedown.ground.shown_values import short, shortened
+from shakedown.ground.shown_values import short
 
 LARGEST_WHOLE = int(np.iinfo(np.int64).max) + 1  # compiled loops cannot count to such numbers
 
@@ -129,13 +129,12 @@ def check_fields(instance: Any, error: type[ShakedownError] = UsageError, only: 
     kinds = dict[str, Kind]()
     for base in reversed(cls.__mro__):
         kinds |= _kinds(get_annotations(base), vars(sys.modules[base.__module__]))
-    for each in fields(instance):
-        if each.name in kinds and (not only or each.name in only):
-            try:
-                value = _read(kinds, each.name, getattr(instance, each.name), f"{cls.__name__}: {each.name}")
-            except UsageError as refusal:
-                raise error(str(refusal)) from None
-            object.__setattr__(instance, each.name, value)
+    for name in only or [each.name for each in fields(instance)]:
+        try:
+            value = _read(kinds, name, getattr(instance, name), f"{cls.__name__}: {name}")
+        except UsageError as refusal:
+            raise error(str(refusal)) from None
+        object.__setattr__(instance, name, value)
 
 
 def _read(kinds: Mapping[str, Kind], name: str, value: Any, said: str = "") -> Any:
@@ -144,7 +143,7 @@ def _read(kinds: Mapping[str, Kind], name: str, value: Any, said: str = "") -> A
         return value
     found = kind.read(value)
     if found is None:
-        shown = type(value).__name__ if hasattr(value, "__dict__") else written(value)
+        shown = type(value).__name__ if hasattr(value, "__dict__") else short(value)
         raise UsageError(f"{said or name.replace('_', ' ')}: expected {kind.expected}, found {shown}")
     return found
 
@@ -175,15 +174,10 @@ def _kind_of(annotation: Any) -> Kind | None:
     if origin in SIMPLE:
         return SIMPLE[origin]
     if origin in (Iterable, Sequence, tuple):
-        return _several(origin, members)
-    if not isinstance(origin, type) or not origin.__module__.startswith(
-        ("shakedown", "matplotlib", "skfem", "concurrent")
-    ):
+        return _several(members, fixed=origin is tuple and Ellipsis not in members)
+    ours = getattr(origin, "__module__", "").startswith(("shakedown", "matplotlib", "skfem", "concurrent"))
+    if not (ours and isinstance(origin, type)) or getattr(origin, "_is_protocol", False):
         return None
-    if getattr(origin, "_is_protocol", False):
-        parts = [name for name in vars(origin) if not name.startswith("_")]
-        said = (origin.__doc__ or origin.__name__).splitlines()[0].rstrip(".,")
-        return _that(lambda value: all(hasattr(value, name) for name in parts), said[:1].lower() + said[1:])
     article = "an" if origin.__name__[0] in "AEIOU" else "a"
     return _that(lambda value: isinstance(value, origin), f"{article} {origin.__name__}")
 
@@ -199,41 +193,33 @@ def _any_of(members: tuple[Any, ...]) -> Kind | None:
     known = [kind for kind in kinds if kind is not None]
     if len(known) < len(kinds):
         return None
-    or_none = NoneType in members
-    said = dict.fromkeys([kind.expected for kind in known] + ["None"] * or_none)
 
     def read(value: Any) -> Any:
-        for kind in known:
-            if (found := kind.read(value)) is not None:
-                return found
+        return next((found for kind in known if (found := kind.read(value)) is not None), None)
+
+    or_none = NoneType in members
+    expected = dict.fromkeys([kind.expected for kind in known] + ["None"] * or_none)
+    return Kind(read, " or ".join(expected), or_none)
+
+
+def _several(members: tuple[Any, ...], *, fixed: bool) -> Kind | None:
+    """Several values of one kind, as a tuple, or as many as an annotation says; one text is several."""
+    each = _kind_of(members[0])
+    if each is None or (fixed and len(set(members)) > 1):
         return None
 
-    return Kind(read, " or ".join(said), or_none)
-
-
-def _several(origin: Any, members: tuple[Any, ...]) -> Kind:
-    """Several values, each read as its kind where that is a number or text; a tuple has a fixed number."""
-    kinds = [kind for member in members if (kind := _kind_of(member))]
-    fixed = origin is tuple and len(kinds) == len(members)
-    each = kinds[0].expected if kinds else ""
-    plural = {"a whole number": "whole numbers", "a number": "numbers", "text": "texts"}.get(each, "values")
-    needed = "__len__" if origin is Sequence else "__iter__"
-    if not fixed and plural == "values":
-        return _that(lambda value: _is_listed(value, needed), "several values")
-
     def read(value: Any) -> Any:
-        if isinstance(value, str) and each == "text":
+        if isinstance(value, str) and str in members:
             return value
-        if not _is_listed(value, needed) or isinstance(value, str | bytes | Mapping):
+        try:
+            found = tuple(map(each.read, islice(value, MANY + 1)))  # an iterator may have no end
+        except TypeError:
             return None
-        given = list(islice(value, MANY + 1))  # an iterator may have no end
-        if len(given) != len(kinds) if fixed else len(given) > MANY:
-            return None
-        readers = kinds if fixed else kinds[:1] * len(given)
-        found = tuple(kind.read(item) for kind, item in zip(readers, given, strict=True))
-        return None if any(item is None for item in found) else found
+        fits = len(found) == len(members) if fixed else len(found) <= MANY
+        return found if fits and not any(item is None for item in found) else None
 
-    return Kind(read, f"{len(kinds) if fixed else 'several'} {plural}")
+    plural = f"{each.expected.split(' ', 1)[-1]}s"
+    return Kind(read, f"{len(members) if fixed else 'several'} {plural}")
 
 
 def _numbers(value: Any) -> NDArray[Any] | None:
@@ -243,11 +229,6 @@ def _numbers(value: Any) -> NDArray[Any] | None:
     except ValueError:  # ragged
         return None
     return array if array.dtype.kind in "fiub" else None
-
-
-def _is_listed(value: object, member: str) -> bool:
-    """Whether a value can be iterated or has a length; an array without axes has neither."""
-    return hasattr(value, member) and not isinstance(value, type) and getattr(value, "ndim", 1) > 0
 
 
 def _flag(value: object) -> bool | None:
@@ -269,28 +250,15 @@ SIMPLE: dict[Any, Kind] = {
 }
 
 
-def written(value: object) -> str:
-    """A value as Python writes it, in short."""
-    try:
-        return shortened(repr(value))
-    except ValueError:  # a whole number of thousands of digits, in a list perhaps
-        return short(value)
-
-
-def check_count(name: str, count: int, most: int = LARGEST_WHOLE) -> None:
-    """Raise ``UsageError`` unless a number of cycles, threads, … is whole, at least 1 and at most so many."""
+def check_count(name: str, count: int, most: int = LARGEST_WHOLE, least: int = 1) -> int:
+    """A number of cycles, threads, …; raises ``UsageError`` unless it is whole and within its limits."""
     whole = whole_number(count)
-    if whole is None:
-        raise UsageError(f"{name}: expected a whole number, found {written(count)}")
-    if whole < 1:
-        raise UsageError(f"{name}: expected at least 1, found {whole}")
-    if whole > most:
-        raise UsageError(f"{name}: expected at most {most:,}, found {whole}")
+    if whole is None or not least <= whole <= most:
+        limits = f">= {least}" if most == LARGEST_WHOLE else f"from {least} to {most:,}"
+        raise UsageError(f"{name}: expected a whole number {limits}, found {short(count)}")
+    return whole
 
 
 def check_seed(seed: int) -> int:
     """The seed of what is random; raises ``UsageError`` unless it is whole and at least 0."""
-    whole = whole_number(seed)
-    if whole is None or whole < 0:
-        raise UsageError(f"seed: expected a whole number >= 0, found {written(seed)}")
-    return whole
+    return check_count("seed", seed, least=0)

@@ -3,13 +3,13 @@
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import wraps
-from math import inf, isfinite
+from math import isfinite
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.ground.argument_kinds import check_count, real_number, whole_number, written
+from shakedown.ground.argument_kinds import check_count, real_number, whole_number
 from shakedown.ground.argument_kinds import checked as checked
 from shakedown.ground.constants import FloatArray, T
 from shakedown.ground.errors import UsageError
@@ -32,13 +32,12 @@ def is_finite(value: object) -> bool:
 def check_load_factor(load_factor: float, problem: Problem | None = None) -> None:
     """Raise ``UsageError`` unless a load factor is a finite number ≥ 0, with forces that are numbers."""
     if not (is_finite(load_factor) and float(load_factor) >= 0):
-        number = "finite number" if real_number(load_factor) == inf else "number"
-        raise UsageError(f"load factor: expected a {number} >= 0, found {written(load_factor)}")
+        raise UsageError(f"load factor: expected a number >= 0, found {short(load_factor)}")
     loads = () if problem is None else (problem.q_w, problem.p_w, problem.q_mean, problem.p_mean)
     largest = max((float(np.abs(load).max()) for load in loads if load is not None), default=1.0)
     if load_factor > LARGEST or load_factor * largest > LARGEST:
         raise UsageError(
-            f"load factor: expected one with reactions up to {LARGEST:g}, found {written(load_factor)}"
+            f"load factor: expected one with reactions up to {LARGEST:g}, found {short(load_factor)}"
         )
 
 

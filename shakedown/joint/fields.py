@@ -1,7 +1,6 @@
 """The fields of a problem: their shapes, and the numbers, names and texts that they may hold."""
 
 import json
-import sys
 from collections.abc import Mapping
 from decimal import Decimal
 from typing import Any, NoReturn
@@ -9,40 +8,15 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.ground.argument_kinds import real_values, written
+from shakedown.ground.argument_kinds import real_values
 from shakedown.ground.constants import EPS, FloatArray
 from shakedown.ground.errors import ProblemError, ShakedownError, wrong_key
-from shakedown.ground.shown_values import LONGEST_NAME, shortened, visible
+from shakedown.ground.shown_values import LONGEST_NAME, short, shortened, visible
 from shakedown.ground.tolerances import DEFAULT
 
-# Axes: n contact nodes, dn their tangential directions, m load steps, k transient steps, s states, c load
-# cases, L loads with unit reactions, e faces; a number of components, as of x, y, z.
-AXES: dict[str, tuple[str | int, ...]] = {
-    key: tuple(int(axis) if axis.isdigit() else axis for axis in axes.split())
-    for axes, keys in (
-        ("dn dn", "A"),
-        ("n dn", "B"),
-        ("n n", "C"),
-        ("", "stiffness_accuracy"),
-        ("n", "f x node_area label"),
-        ("m dn", "q_w"),
-        ("m n", "p_w"),
-        ("dn", "q_mean"),
-        ("n", "p_mean"),
-        ("k dn", "q_transient"),
-        ("k n", "p_transient"),
-        ("L (d+1)n", "load_reactions"),
-        ("m L", "load_history"),
-        ("L L", "load_compliance"),
-        ("L", "load_frequency"),
-        ("c", "load_names load_mean load_amplitude load_units"),
-        ("s dn", "initial_slip"),
-        ("n 3", "coordinates normal tangent"),
-        ("n 2 3", "tangents"),
-        ("e 4", "faces"),
-    )
-    for key in keys.split()
-}
+# Axes by name: n contact nodes, dn their tangential directions, m load steps, k transient steps, s states,
+# c load cases, L loads with unit reactions, e faces; a number of components, as of x, y, z.
+Axes = tuple[str | int, ...]
 TEXTS = ("load_path", "name", "units", "source")
 NAMES = ("load_names", "load_units", "label")
 REQUIRED = ("A", "B", "f", "q_w", "p_w")
@@ -63,8 +37,8 @@ TOGETHER = (  # where one is given, the other is required
 )
 
 
-def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> None:
-    """Match the shapes of array fields, by key, against each other.
+def check_shapes(shapes: Mapping[str, tuple[int, ...]], axes: Mapping[str, Axes]) -> None:
+    """Match the shapes of array fields, by key, against their axes and each other.
 
     Raises
     ------
@@ -78,54 +52,38 @@ def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> None:
         if given in shapes and needed not in shapes:
             raise ProblemError(f"key '{needed}': required because '{given}' is given, found none")
     A, B = shapes["A"], shapes["B"]
-    if len(A) != 2 or A[0] != A[1]:
-        raise wrong_key("A", "a square array (n, n)", f"shape {A}")
-    if A[0] == 0:
-        raise wrong_key("A", "at least one contact node", "shape (0, 0)")
-    half = A[0] // 2
-    if (A[0], half) == B and A[0] == 2 * half:
-        expected = f"shape {A} or, with two tangential directions, {(half, A[0])}"
-        raise wrong_key("B", expected, f"{B} (it looks transposed: one row per node, p = p_w + B v)")
+    if len(A) != 2 or A[0] != A[1] or not A[0]:
+        raise wrong_key("A", "a square array (n, n) of at least one contact node", f"shape {A}")
     directions = 2 if len(B) == 2 and B[1] == A[0] == 2 * B[0] else 1
-    sizes = {"dn": A[0], "n": A[0] // directions, "(d+1)n": A[0] + A[0] // directions}
+    n = A[0] // directions
+    sizes: dict[str | int, int] = {"dn": A[0], "n": n, "(d+1)n": A[0] + n}
+    other: dict[str, tuple[Axes, ...]] = {"f": ((),), "initial_slip": (("dn",),)}
+    if A[0] % 2 == 0:  # of two directions
+        other["B"] = ((A[0] // 2, A[0]),)
+    if directions > 1:  # in a plane or in space
+        other["x"] = ("n", 2), ("n", 3)
     for key, shape in shapes.items():
-        _check_shape(key, shape, sizes, directions)
+        _check_shape(key, shape, (axes[key], *other.get(key, ())), sizes)
+    for key, only in (("tangent", 1), ("tangents", 2), ("faces", 2)):
+        if key in shapes and only != directions:
+            words = "one tangential direction", "two tangential directions"
+            raise wrong_key(key, f"only with {words[only - 1]}", directions)
     if sizes["m"] == 0:
         raise wrong_key("q_w", "at least one load step", "m = 0")
 
 
-def _check_shape(key: str, shape: tuple[int, ...], sizes: dict[str, int], directions: int) -> None:
+def _check_shape(
+    key: str, shape: tuple[int, ...], allowed: tuple[Axes, ...], sizes: dict[str | int, int]
+) -> None:
     """Match one shape against its axis names, learning m, k and s where they first occur."""
-    one_for_all = {"f": (), "initial_slip": ("dn",)}  # another shape that these may have
-    # the tangential directions with which they exist
-    only = {"tangent": 1, "tangents": 2, "faces": 2}.get(key, directions)
-    if only != directions:
-        wanted = "one tangential direction" if only == 1 else "two tangential directions"
-        raise wrong_key(key, f"only with {wanted}", "two" if only == 1 else "one")
-    axes = AXES[key]
-    if len(shape) == len(one_for_all.get(key, axes)):
-        axes = one_for_all.get(key, axes)
-    if key == "x" and directions > 1 and len(shape) == 2:  # in a plane or in space
-        axes = ("n", 2 if shape[1] == 2 else 3)
-    expected = tuple(axis if isinstance(axis, int) else sizes.get(axis, axis) for axis in axes)
-    if len(shape) != len(expected) or any(
-        isinstance(want, int) and want != have for want, have in zip(expected, shape, strict=True)
-    ):
-        wanted = f"({', '.join(map(str, expected))}{',' * (len(expected) == 1)})"
-        if key == "x" and directions > 1:
-            wanted = "({0},), ({0}, 2) or ({0}, 3)".format(expected[0])
-        raise wrong_key(key, f"shape {wanted}", f"{shape}{_shape_hint(shape, expected)}")
-    sizes |= {axis: have for axis, have in zip(axes, shape, strict=True) if isinstance(axis, str)}
-
-
-def _shape_hint(shape: tuple[int, ...], expected: tuple[int | str, ...]) -> str:
-    """What a wrong shape looks like."""
-    if len(shape) == len(expected) == 2 and shape[0] == expected[1]:
-        return " (it looks transposed)" if isinstance(expected[0], str) or shape[1] == expected[0] else ""
-    size = expected[-1] if len(shape) > len(expected) > 0 else None
-    if isinstance(size, int) and shape[-2:] in ((size // 2, 2), (2, size // 2)):
-        return " (two directions of all nodes in one row: x0, y0, x1, y1, …)"
-    return ""
+    expected = [tuple(sizes.get(axis, axis) for axis in axes) for axes in allowed]
+    for axes, known in zip(allowed, expected, strict=True):
+        if len(known) == len(shape) and all(
+            isinstance(want, str) or want == have for want, have in zip(known, shape, strict=True)
+        ):
+            sizes |= zip(axes, shape, strict=True)
+            return
+    raise wrong_key(key, f"shape {' or '.join(map(str, expected))}".replace("'", ""), shape)
 
 
 # Beyond these, products of three numbers are no numbers any more.
@@ -151,7 +109,7 @@ def finite_array(
     except ValueError:  # ragged nested lists
         raise error(f"{what}: expected a regular array of numbers, found ragged rows") from None
     if array.dtype.kind not in "fiu":
-        raise error(f"{what}: expected real numbers, found {kind(array) if array.ndim else written(value)}")
+        raise error(f"{what}: expected real numbers, found {short(value)}")
     with np.errstate(over="ignore", invalid="ignore"):  # overflow is reported as not finite below
         array = np.array(array, dtype=np.float64)
     bad = ~np.isfinite(array)
@@ -162,13 +120,6 @@ def finite_array(
         place = name + "".join(f"[{i}]" for i in first)
         raise error(f"{what}: expected finite numbers, found {array[first]} at {place}")
     return array
-
-
-def kind(array: NDArray[Any]) -> str:
-    """The actual contents of an array, in words, for error messages."""
-    words = {"c": "complex numbers", "O": "Python objects", "U": "text", "S": "bytes", "b": "booleans"}
-    what = words.get(array.dtype.kind, f"dtype {array.dtype}")
-    return what if array.ndim == 0 else f"{what} of shape {array.shape}"
 
 
 def in_range(key: str, array: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -325,12 +276,9 @@ def check_unit_loads(arrays: dict[str, FloatArray]) -> None:
     off = np.abs(left - left[0])
     size = np.abs(welded).max() + (np.abs(history) @ np.abs(unit)).max()
     if off.max() > DEFAULT.printed_digits * size:
-        k, j = np.unravel_index(int(off.argmax()), off.shape)
-        n = arrays["q_w"].shape[1]
-        what = f"q_w[{k},{j}]" if j < n else f"p_w[{k},{j - n}]"
         raise ProblemError(
-            "keys 'q_w', 'p_w': expected a constant and load_history @ load_reactions, found "
-            f"{what} off by {off.max():.6g} (other loads take the keys load_reactions, load_history along)"
+            "keys 'q_w', 'p_w': expected a constant and load_history @ load_reactions, found load step "
+            f"{off.max(axis=1).argmax()} off by {off.max():.6g} (other loads take these keys along)"
         )
     if "load_compliance" in arrays:
         S = arrays["load_compliance"]
@@ -347,9 +295,13 @@ def plain_text(key: str, value: Any) -> str:
     """One text of whole characters; raises ``ProblemError`` for anything else."""
     array = np.asarray(value)
     if array.dtype.kind != "U" or array.ndim != 0:
-        raise wrong_key(key, "one text string", kind(array))
-    _check_characters(key, array)
-    return str(array)
+        raise wrong_key(key, "one text string", short(array))
+    try:
+        text = str(array)
+        text.encode()
+    except (ValueError, SystemError) as error:  # halves of characters, or numbers beyond the last one
+        raise wrong_key(key, "text", error) from None
+    return text
 
 
 def names(key: str, value: ArrayLike) -> tuple[str, ...]:
@@ -368,18 +320,15 @@ def names(key: str, value: ArrayLike) -> tuple[str, ...]:
     """
     try:
         array = np.asarray(value)
-    except ValueError:  # ragged nested lists
-        raise wrong_key(key, "one text each", "ragged rows") from None
-    if array.ndim != 1 or array.dtype.kind not in "Uiu":
-        raise wrong_key(key, "one text each", kind(array))
-    if array.dtype.kind == "U":
-        _check_characters(key, array)
-    found = tuple(map(str, array.tolist()))
+        found = tuple(map(str, array.tolist())) if array.ndim == 1 and array.dtype.kind in "Uiu" else None
+    except (ValueError, SystemError):  # ragged rows, or no characters
+        found = None
+    if found is None:
+        raise wrong_key(key, "one text each", short(value))
     for k, name in enumerate(found):
-        if len(name) > LONGEST_NAME:
-            raise wrong_key(key, f"at most {LONGEST_NAME} characters", f"{len(name)} at {key}[{k}]")
-        if (shown := visible(name)) != name:
-            raise wrong_key(key, "text that can be shown", f"'{shortened(shown, 60)}' at {key}[{k}]")
+        if len(name) > LONGEST_NAME or visible(name) != name:
+            expected = f"text of at most {LONGEST_NAME} characters that can be shown"
+            raise wrong_key(key, expected, f"'{shortened(visible(name), 60)}' at {key}[{k}]")
     return found
 
 
@@ -395,21 +344,22 @@ def origin(key: str, value: Any) -> str:
     >>> origin("source", '{"warnings": 3}')
     Traceback (most recent call last):
     ...
-    shakedown.ground.errors.ProblemError: key 'source': 'warnings': expected a list of texts, found 3
+    shakedown.ground.errors.ProblemError: key 'source': expected JSON text, an object with lists ...
     """
     text = plain_text(key, value)
     try:
-        told = json.loads(text or "{}", parse_constant=_not_json)
-    except (ValueError, RecursionError) as error:
-        raise wrong_key(key, "JSON text", f"what is none ({error})") from None
-    if not isinstance(told, dict):
-        raise wrong_key(key, "a JSON object", type(told).__name__)
-    for entry, kind_of, words in (("files", dict, "objects"), ("warnings", str, "texts")):
-        found = told.get(entry, [])
-        if not (isinstance(found, list) and all(isinstance(each, kind_of) for each in found)):
-            shown = shortened(visible(json.dumps(found, ensure_ascii=False)), 60)
-            raise ProblemError(f"key '{key}': '{entry}': expected a list of {words}, found {shown}")
-    return text
+        found = json.loads(text or "{}", parse_constant=_not_json)
+    except (ValueError, RecursionError):
+        found = None
+    lists = (
+        ((found.get("files", []), dict), (found.get("warnings", []), str)) if isinstance(found, dict) else ()
+    )
+    if lists and all(
+        isinstance(listed, list) and all(isinstance(each, kind) for each in listed) for listed, kind in lists
+    ):
+        return text
+    expected = "JSON text, an object with lists of objects as 'files' and of texts as 'warnings'"
+    raise wrong_key(key, expected, f"'{shortened(visible(text), 60)}'")
 
 
 def load_path(key: str, value: Any) -> str:
@@ -424,15 +374,6 @@ def load_path(key: str, value: Any) -> str:
     if text not in (LOOP, DOMAIN):
         raise wrong_key(key, f"'{LOOP}' or '{DOMAIN}'", f"'{shortened(visible(text), 40)}'")
     return text
-
-
-def _check_characters(key: str, array: NDArray[Any]) -> None:
-    """Refuse what NumPy stores as text and is none: halves of characters, numbers beyond the last one."""
-    native = np.ascontiguousarray(array.astype(array.dtype.newbyteorder("=")))
-    codes = np.frombuffer(native.tobytes(), dtype=np.uint32)
-    wrong = codes[(codes > sys.maxunicode) | ((codes >= 0xD800) & (codes < 0xE000))]
-    if wrong.size:
-        raise wrong_key(key, "text", f"the character number 0x{wrong[0]:x}")
 
 
 def _not_json(word: str) -> NoReturn:

@@ -11,8 +11,8 @@ from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray, IntAr
 from shakedown.ground.errors import UsageError
 from shakedown.joint.arguments import is_finite
 from shakedown.joint.contact_surface import Surface, around, cell_weights, surface_of
-from shakedown.joint.fields import AXES, OF_NODES
-from shakedown.joint.problem import Problem
+from shakedown.joint.fields import OF_NODES
+from shakedown.joint.problem import AXES, Problem
 
 
 @checked

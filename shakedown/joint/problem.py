@@ -1,27 +1,29 @@
 """A discrete elastic contact with Coulomb friction and one period of its loading."""
 
+from __future__ import annotations
+
 import hashlib
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.ground.constants import THREE_DIGITS, FloatArray
+from shakedown.ground.constants import THREE_DIGITS, FloatArray, T
 from shakedown.ground.errors import ProblemError, wrong_key
 from shakedown.ground.shown_values import as_html_table, one_line, same, short, shortened, visible
 from shakedown.ground.tolerances import FIRST_DIGIT
 from shakedown.joint.fields import (
-    AXES,
     DOMAIN,
     LOOP,
     NAMES,
     OF_NODES,
     STIFFNESS,
     TEXTS,
+    Axes,
     check_definiteness,
     check_ratios,
     check_shapes,
@@ -39,6 +41,21 @@ from shakedown.joint.places import check_places, checked_faces, faces_among, wit
 from shakedown.joint.read_only import ReadOnly
 
 COARSEST = np.float64(THREE_DIGITS)  # relative accuracy that a stiffness needs at least
+
+
+def stored(axes: str) -> Any:
+    """A field with an array of these axes, or names; as fields.py calls them."""
+    names = tuple(int(axis) if axis.isdigit() else axis for axis in axes.split())
+    return field(default=None, metadata={"axes": names})
+
+
+if TYPE_CHECKING:
+
+    class Stored(Generic[T]):
+        """A field that takes whatever NumPy converts to an array, and holds a checked copy."""
+
+        def __get__(self, instance: object, owner: object) -> T: ...
+        def __set__(self, instance: object, value: ArrayLike | None) -> None: ...
 
 
 class NamedLoad(NamedTuple):
@@ -150,77 +167,38 @@ class Problem(ReadOnly):
     (1, 2, array([0.4]))
     """
 
-    A: FloatArray
-    B: FloatArray
-    f: FloatArray
-    q_w: FloatArray
-    p_w: FloatArray
-    C: FloatArray | None = None
-    q_mean: FloatArray | None = None
-    p_mean: FloatArray | None = None
-    q_transient: FloatArray | None = None
-    p_transient: FloatArray | None = None
-    initial_slip: FloatArray | None = None
-    x: FloatArray | None = None
-    coordinates: FloatArray | None = None
-    normal: FloatArray | None = None
-    tangent: FloatArray | None = None
-    tangents: FloatArray | None = None
-    node_area: FloatArray | None = None
-    faces: NDArray[np.intp] | None = None
-    stiffness_accuracy: float | None = None
-    label: tuple[str, ...] | None = None
-    load_reactions: FloatArray | None = None
-    load_history: FloatArray | None = None
-    load_compliance: FloatArray | None = None
-    load_frequency: FloatArray | None = None
-    load_names: tuple[str, ...] | None = None
-    load_mean: FloatArray | None = None
-    load_amplitude: FloatArray | None = None
-    load_units: tuple[str, ...] | None = None
+    A: Stored[FloatArray] = stored("dn dn")
+    B: Stored[FloatArray] = stored("n dn")
+    f: Stored[FloatArray] = stored("n")
+    q_w: Stored[FloatArray] = stored("m dn")
+    p_w: Stored[FloatArray] = stored("m n")
+    C: Stored[FloatArray | None] = stored("n n")
+    q_mean: Stored[FloatArray | None] = stored("dn")
+    p_mean: Stored[FloatArray | None] = stored("n")
+    q_transient: Stored[FloatArray | None] = stored("k dn")
+    p_transient: Stored[FloatArray | None] = stored("k n")
+    initial_slip: Stored[FloatArray | None] = stored("s dn")
+    x: Stored[FloatArray | None] = stored("n")
+    coordinates: Stored[FloatArray | None] = stored("n 3")
+    normal: Stored[FloatArray | None] = stored("n 3")
+    tangent: Stored[FloatArray | None] = stored("n 3")
+    tangents: Stored[FloatArray | None] = stored("n 2 3")
+    node_area: Stored[FloatArray | None] = stored("n")
+    faces: Stored[NDArray[np.intp] | None] = stored("e 4")
+    stiffness_accuracy: float | None = stored("")
+    label: Stored[tuple[str, ...] | None] = stored("n")
+    load_reactions: Stored[FloatArray | None] = stored("L (d+1)n")
+    load_history: Stored[FloatArray | None] = stored("m L")
+    load_compliance: Stored[FloatArray | None] = stored("L L")
+    load_frequency: Stored[FloatArray | None] = stored("L")
+    load_names: Stored[tuple[str, ...] | None] = stored("c")
+    load_mean: Stored[FloatArray | None] = stored("c")
+    load_amplitude: Stored[FloatArray | None] = stored("c")
+    load_units: Stored[tuple[str, ...] | None] = stored("c")
     name: str = ""
     units: str = ""
     source: str = ""
     load_path: str = LOOP
-
-    if TYPE_CHECKING:  # anything that NumPy converts to an array is accepted
-
-        def __init__(
-            self,
-            *,
-            A: ArrayLike,
-            B: ArrayLike,
-            f: ArrayLike,
-            q_w: ArrayLike,
-            p_w: ArrayLike,
-            C: ArrayLike | None = None,
-            q_mean: ArrayLike | None = None,
-            p_mean: ArrayLike | None = None,
-            q_transient: ArrayLike | None = None,
-            p_transient: ArrayLike | None = None,
-            initial_slip: ArrayLike | None = None,
-            x: ArrayLike | None = None,
-            coordinates: ArrayLike | None = None,
-            normal: ArrayLike | None = None,
-            tangent: ArrayLike | None = None,
-            tangents: ArrayLike | None = None,
-            node_area: ArrayLike | None = None,
-            faces: ArrayLike | None = None,
-            stiffness_accuracy: float | None = None,
-            label: ArrayLike | None = None,
-            load_reactions: ArrayLike | None = None,
-            load_history: ArrayLike | None = None,
-            load_compliance: ArrayLike | None = None,
-            load_frequency: ArrayLike | None = None,
-            load_names: ArrayLike | None = None,
-            load_mean: ArrayLike | None = None,
-            load_amplitude: ArrayLike | None = None,
-            load_units: ArrayLike | None = None,
-            name: str = "",
-            units: str = "",
-            source: str = "",
-            load_path: str = LOOP,
-        ) -> None: ...
 
     def __post_init__(self) -> None:
         for key in TEXTS:
@@ -229,7 +207,7 @@ class Problem(ReadOnly):
         given = [key for key in AXES if getattr(self, key) is not None]
         listed = {key: names(key, getattr(self, key)) for key in given if key in NAMES}
         arrays = {key: real_numbers(key, getattr(self, key)) for key in given if key not in NAMES}
-        check_shapes({key: np.shape(value) for key, value in (listed | arrays).items()})
+        check_shapes({key: np.shape(value) for key, value in (listed | arrays).items()}, AXES)
         n = len(arrays["B"])
         arrays["f"] = np.array(np.broadcast_to(arrays["f"], n))
         if "initial_slip" in arrays:
@@ -370,10 +348,10 @@ class Problem(ReadOnly):
         '3053854690ce'
         """
         digest = hashlib.sha256()
-        for field in fields(self):
-            value = getattr(self, field.name)
+        for each in fields(self):
+            value = getattr(self, each.name)
             if isinstance(value, np.ndarray):
-                digest.update(f"{field.name} {value.dtype.str} {value.shape};".encode())
+                digest.update(f"{each.name} {value.dtype.str} {value.shape};".encode())
                 digest.update(np.ascontiguousarray(value).tobytes())
         if self.is_domain:
             digest.update(b"load domain;")
@@ -406,6 +384,9 @@ class Problem(ReadOnly):
         return all(same(getattr(self, d.name), getattr(other, d.name)) for d in fields(self))
 
     __hash__ = None  # type: ignore[assignment]
+
+
+AXES: dict[str, Axes] = {each.name: each.metadata["axes"] for each in fields(Problem) if each.metadata}
 
 
 def _check_values(arrays: dict[str, FloatArray]) -> None:

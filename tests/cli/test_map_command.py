@@ -214,7 +214,10 @@ def test_below_the_limit_of_every_state_a_map_says_that_all_are_proved():
     [
         (["--load-factor", "0.1:1e400:5"], "--load-factor: expected LOW:HIGH:COUNT"),
         (["--load-factor", "0.1:1:100000000000"], "--load-factor: expected LOW:HIGH:COUNT"),
-        (["--load-factor", "0.7", "--states", "10000000000"], "states: expected at most 10,000,000, found"),
+        (
+            ["--load-factor", "0.7", "--states", "10000000000"],
+            "states: expected a whole number from 1 to 10,000,000, found",
+        ),
         (["--load-factor", "0.7", "--reach", "1e308"], "reach: expected slips in the range of numbers"),
     ],
 )

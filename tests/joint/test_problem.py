@@ -12,7 +12,7 @@ import pytest
 
 import shakedown
 from shakedown import Problem, ProblemError, load_problem, save_problem
-from shakedown.joint.fields import AXES
+from shakedown.joint.problem import AXES
 
 
 def valid() -> dict:
@@ -81,18 +81,24 @@ def test_accepted(tmp_path, changes):
 
 nan, inf = np.nan, np.inf
 MALFORMED = {
-    "missing A": ({"A": None}, "missing key 'A'"),
-    "missing f": ({"f": None}, "missing key 'f'"),
-    "missing q_w": ({"q_w": None}, "missing key 'q_w'"),
+    "missing A": ({"A": None}, "key 'A': required, found none"),
+    "missing f": ({"f": None}, "key 'f': required, found none"),
+    "missing q_w": ({"q_w": None}, "key 'q_w': required, found none"),
     "unknown key": ({"mu": np.array(0.3)}, "unknown key 'mu': did you mean 'f'?"),
-    "two unknown keys": ({"mu": np.array(0.3), "K": np.eye(2)}, "'K', 'mu'"),
+    "two unknown keys": (
+        {"mu": np.array(0.3), "K": np.eye(2)},
+        "unknown key 'K'; expected keys are A, B, C, ",
+    ),
     "wrong schema": ({"schema": np.array("shakedown/99")}, "expected 'shakedown/1', found 'shakedown/99'"),
-    "A not square": ({"A": np.ones((2, 3))}, "key 'A': expected a square array (n, n), found shape (2, 3)"),
+    "A not square": (
+        {"A": np.ones((2, 3))},
+        "key 'A': expected a square array (n, n) of at least one contact node, found shape (2, 3)",
+    ),
     "A a vector": ({"A": np.ones(4)}, "found shape (4,)"),
     "C too small": ({"C": np.ones((1, 1))}, "key 'C': expected shape (2, 2)"),
-    "f too long": ({"f": np.ones(3)}, "key 'f': expected shape (2,), found (3,)"),
-    "q_w transposed": ({"q_w": np.ones((2, 3))}, "looks transposed"),
-    "p_w transposed": ({"p_w": np.ones((2, 3))}, "looks transposed"),
+    "f too long": ({"f": np.ones(3)}, "key 'f': expected shape (2,) or (), found (3,)"),
+    "q_w transposed": ({"q_w": np.ones((2, 3))}, "key 'q_w': expected shape (m, 2), found (2, 3)"),
+    "p_w transposed": ({"p_w": np.ones((2, 3))}, "key 'p_w': expected shape (3, 2), found (2, 3)"),
     "q_w and p_w differ": ({"p_w": np.ones((4, 2))}, "expected shape (3, 2), found (4, 2)"),
     "no load step": ({"q_w": np.ones((0, 2)), "p_w": np.ones((0, 2))}, "at least one load step, found m = 0"),
     "no node": (
@@ -105,10 +111,16 @@ MALFORMED = {
     "p_mean a scalar": ({"p_mean": np.array(1.0)}, "key 'p_mean': expected shape (2,), found ()"),
     "only one transient": ({"p_transient": None}, "key 'p_transient': required because 'q_transient'"),
     "transients differ": ({"p_transient": np.ones((5, 2))}, "expected shape (4, 2), found (5, 2)"),
-    "initial_slip wrong length": ({"initial_slip": np.ones(3)}, "key 'initial_slip': expected shape (2,)"),
+    "initial_slip wrong length": (
+        {"initial_slip": np.ones(3)},
+        "key 'initial_slip': expected shape (s, 2) or (2,), found (3,)",
+    ),
     "x wrong length": ({"x": np.ones(5)}, "key 'x'"),
-    "A is text": ({"A": np.array([["3", "1"], ["1", "2"]])}, "key 'A': expected real numbers, found text"),
-    "A is complex": ({"A": np.eye(2) * 1j}, "found complex numbers"),
+    "A is text": (
+        {"A": np.array([["3", "1"], ["1", "2"]])},
+        "key 'A': expected real numbers, found 2 × 2 of <U1",
+    ),
+    "A is complex": ({"A": np.eye(2) * 1j}, "found 2 × 2 of complex128"),
     "A holds objects": (
         {"A": np.array([[1, None], [None, 1]], dtype=object)},
         "Python objects (never unpickled)",
@@ -130,7 +142,7 @@ MALFORMED = {
     "name a number": ({"name": np.array(3.0)}, "key 'name': expected one text string"),
     "units an array": (
         {"units": np.array(["N", "mm"])},
-        "key 'units': expected one text string, found text of",
+        "key 'units': expected one text string, found 2 of",
     ),
 }
 

@@ -83,16 +83,8 @@ def test_faces_are_kept_in_files_and_go_with_their_nodes(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        (
-            {"B": np.zeros((6, 3))},
-            "key 'B': expected shape (6, 6) or, with two tangential directions, (3, 6), found (6, 3) "
-            "(it looks transposed: one row per node, p = p_w + B v)",
-        ),
-        (
-            {"q_w": np.ones((24, 3, 2))},
-            "key 'q_w': expected shape (m, 6), found (24, 3, 2) "
-            "(two directions of all nodes in one row: x0, y0, x1, y1, …)",
-        ),
+        ({"B": np.zeros((6, 3))}, "key 'B': expected shape (6, 6) or (3, 6), found (6, 3)"),
+        ({"q_w": np.ones((24, 3, 2))}, "key 'q_w': expected shape (m, 6), found (24, 3, 2)"),
         (
             {"A": np.eye(6) + np.triu(np.ones((6, 6)), 1)},
             "key 'A': expected a symmetric matrix, found A[0,1] = 1 but A[1,0] = 0",
@@ -114,7 +106,10 @@ def test_faces_are_kept_in_files_and_go_with_their_nodes(tmp_path):
             "key 'faces': expected corners that differ, found [0, 1, 1, 2] as face 0",
         ),
         ({"faces": [[0, 1, 2]]}, "key 'faces': expected shape (e, 4), found (1, 3)"),
-        ({"initial_slip": np.ones((2, 3))}, "key 'initial_slip': expected shape (s, 6), found (2, 3)"),
+        (
+            {"initial_slip": np.ones((2, 3))},
+            "key 'initial_slip': expected shape (s, 6) or (6,), found (2, 3)",
+        ),
         (
             {"tangents": np.ones((3, 2, 3))},
             "key 'tangents': expected vectors of length 1, found the length 1.73205081 at node 0",
@@ -126,7 +121,7 @@ def test_faces_are_kept_in_files_and_go_with_their_nodes(tmp_path):
         ),
         (
             {"tangent": np.tile([1.0, 0.0, 0.0], (3, 1))},
-            "key 'tangent': expected only with one tangential direction, found two",
+            "key 'tangent': expected only with one tangential direction, found 2",
         ),
     ],
 )

@@ -119,7 +119,7 @@ def test_an_interrupt_ends_it_soon(threads):
         ([[0.0, 0.0, 0.0]], {}, r"initial slips: expected shape \(s, 2\), found \(1, 3\)"),
         ([[0.0, np.nan]], {}, "initial slips: expected finite numbers, found nan"),
         ([[0.0, 1e120]], {}, "expected slips with reactions up to 1e.100"),
-        ([[0.0, 0.0]], {"threads": 0}, "threads: expected at least 1, found 0"),
+        ([[0.0, 0.0]], {"threads": 0}, "threads: expected a whole number >= 1, found 0"),
         ([[0.0, 0.0]], {"longest_period": 0.5}, "longest period: expected a whole number, found 0.5"),
     ],
 )

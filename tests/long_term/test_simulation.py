@@ -143,7 +143,7 @@ def test_the_transient_runs_first_and_is_not_scaled():
         ({"load_factor": np.nan}, "load factor"),
         ({"load_factor": 1.0, "initial_slip": [0.0]}, r"expected shape \(2,\), found \(1,\)"),
         ({"load_factor": 1.0, "initial_slip": [0.0, np.inf]}, "finite"),
-        ({"load_factor": 1.0, "cycles": 0}, "cycles: expected at least 1"),
+        ({"load_factor": 1.0, "cycles": 0}, "cycles: expected a whole number >= 1"),
         ({"load_factor": 1.0, "cycles": 2.5}, "cycles: expected a whole number, found 2.5"),
         ({"load_factor": 1.0, "method": "euler"}, "method"),
     ],

@@ -30,9 +30,9 @@ from shakedown.bounds.accumulated.arc_search import (
 )
 from shakedown.bounds.bound_result import Bound, Evidence
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO, Exact, exact_numbers
-from shakedown.ground.argument_kinds import written
 from shakedown.ground.constants import FOUR_DIGITS, ROUND_OFF, SEVEN_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError
+from shakedown.ground.shown_values import short
 from shakedown.ground.status import Status
 from shakedown.joint.arguments import check_load_factor, checked, checked_initial_slip, real_array
 from shakedown.joint.constraints import loading, transient_path
@@ -310,7 +310,7 @@ def _checked_start(problem: Problem, initial_slip: ArrayLike | None, start_error
     slip, error = checked_initial_slip(problem, initial_slip), real_array("start error", start_error)
     if error.shape not in ((), (problem.n,)) or not np.all(error >= 0.0):
         expected = f"one number >= 0 or {problem.n} of them"
-        raise UsageError(f"start error: expected {expected}, found {written(start_error)}")
+        raise UsageError(f"start error: expected {expected}, found {short(start_error)}")
     error = np.broadcast_to(error, problem.n).copy()
     checked_initial_slip(problem, error.repeat(problem.directions), "start error")
     return Start(slip, error)

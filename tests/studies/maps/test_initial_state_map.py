@@ -129,8 +129,8 @@ def test_several_load_factors_make_several_maps():
     [
         ({"load_factor": -1.0}, "load factor: expected a number >= 0"),
         ({"load_factor": []}, "load factor: expected at least one"),
-        ({"workers": 0}, "workers: expected at least 1"),
-        ({"max_cycles": 0}, "max_cycles: expected at least 1"),
+        ({"workers": 0}, "workers: expected a whole number >= 1"),
+        ({"max_cycles": 0}, "max_cycles: expected a whole number >= 1"),
     ],
 )
 def test_misuse_is_said_in_one_line(words, said):

@@ -72,7 +72,7 @@ def test_what_a_transient_leaves_is_admissible_at_the_first_load():
     ("words", "said"),
     [
         ({"sampler": "monte-carlo"}, "sampler: expected one of grid, sobol, ball, transients"),
-        ({"states": 0}, "states: expected at least 1"),
+        ({"states": 0}, "states: expected a whole number from 1"),
         ({"seed": -1}, "seed: expected a whole number >= 0"),
         ({"reach": 0.0}, "reach: expected a number > 0"),
         ({"coordinates": (0, 0)}, "two different nodes from 0 to 1"),
