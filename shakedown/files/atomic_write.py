@@ -1,7 +1,6 @@
 """The only way in which files are written, and tables as CSV or Parquet."""
 
 import csv
-import hashlib
 import io
 import os
 import re
@@ -69,20 +68,12 @@ def check_target(path: str | os.PathLike[str]) -> Path:
 def pieces_beside(path: str | os.PathLike[str]) -> str:
     """The folder for the pieces of what will be written to ``path``: ``.parts`` after it, links followed.
 
-    A name that becomes too long is cut short and told apart by a checksum.
-
     Examples
     --------
-    >>> pieces_beside("runs/map.npz"), len(os.path.basename(pieces_beside("x" * 250)))
-    ('runs/map.npz.parts', 255)
+    >>> pieces_beside("runs/map.npz")
+    'runs/map.npz.parts'
     """
-    folder, name = os.path.split(os.path.realpath(path) if os.path.islink(path) else os.fspath(path))
-    spelt, end = os.fsencode(name), ".parts"
-    longest = 255  # bytes of a name
-    if len(spelt) + len(end) > longest:
-        end = f".{hashlib.sha256(spelt).hexdigest()[:16]}{end}"
-        name = spelt[: longest - len(end)].decode(errors="ignore")  # without half a character
-    return os.path.join(folder, name + end)
+    return f"{os.path.realpath(path) if os.path.islink(path) else os.fspath(path)}.parts"
 
 
 @contextmanager
@@ -134,8 +125,6 @@ def atomic_write_together(paths: Sequence[str | os.PathLike[str]]) -> Iterator[l
                 part.file.close()
             for part in parts:
                 os.replace(part.temporary, part.target)
-        for folder in {part.target.parent for part in parts}:
-            sync_folder(folder)
 
 
 @contextmanager
@@ -178,16 +167,6 @@ def locked(handle: int) -> bool:
     except OSError:  # no locks on this file system
         pass
     return True
-
-
-def sync_folder(folder: Path) -> None:
-    """Flush new names to the disk, where the system can."""
-    with suppress(OSError):
-        handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
 
 
 def _status(path: Path) -> os.stat_result | None:
