@@ -27,14 +27,7 @@ LENGTHS = {
     "in": 0.0254,
     "ft": 0.3048,
 }  # in m
-PASCALS = {
-    ("N", "m"): "Pa",
-    ("kN", "m"): "kPa",
-    ("MN", "m"): "MPa",
-    ("GN", "m"): "GPa",
-    ("N", "mm"): "MPa",
-    ("kN", "mm"): "GPa",
-}
+PASCALS = {1: "Pa", 10**3: "kPa", 10**6: "MPa", 10**9: "GPa"}
 
 
 class Units(NamedTuple):
@@ -60,7 +53,8 @@ class Units(NamedTuple):
     @property
     def stress(self) -> str:
         """The unit of tractions: a pascal with its prefix where there is one, else force per area."""
-        return PASCALS.get(self, self._joined("{}/{}²"))
+        pascals = round(FORCES[self.force] / LENGTHS[self.length] ** 2) if all(self) else 0
+        return PASCALS.get(pascals, self._joined("{}/{}²"))
 
     @property
     def density(self) -> str:
@@ -103,7 +97,11 @@ def units_in(text: str) -> Units:
 
 @checked
 def loads_in_words(
-    problem: Problem, load_factor: float = 1.0, rounding: Literal["down", "up", "nearest"] = "nearest"
+    problem: Problem,
+    load_factor: float = 1.0,
+    rounding: Literal["down", "up", "nearest"] = "nearest",
+    *,
+    constant: bool = True,
 ) -> str:
     """What a load factor means in the loads that the user knows; empty where the problem does not say them.
 
@@ -119,6 +117,8 @@ def loads_in_words(
         How amplitudes are rounded: ``"down"`` to four digits for "safe up to", ``"up"`` to four
         digits for "impossible above"; ``"nearest"`` to six digits for what is given or asked for.
         Constant parts have six digits.
+    constant
+        Whether loads that do not vary are named, too.
 
     Examples
     --------
@@ -133,18 +133,9 @@ def loads_in_words(
     """
     if math.isnan(load_factor):
         return ""
-    constant = [_load_in_words(load, 1.0, "nearest") for load in problem.loads if load.amplitude == 0]
-    return "; ".join(filter(None, [varying_loads_in_words(problem, load_factor, rounding), *constant]))
-
-
-def varying_loads_in_words(
-    problem: Problem, load_factor: float = 1.0, rounding: Literal["down", "up", "nearest"] = "nearest"
-) -> str:
-    """The loads that a load factor scales, as in :func:`loads_in_words`; empty where none is said to vary."""
-    if math.isnan(load_factor):
-        return ""
-    varying = [load for load in problem.loads if load.amplitude != 0]
-    return "; ".join(_load_in_words(load, load_factor, rounding) for load in varying)
+    named = [load for load in problem.loads if load.amplitude != 0]
+    named += [load for load in problem.loads if load.amplitude == 0 and constant]
+    return "; ".join(_load_in_words(load, load_factor, rounding) for load in named)
 
 
 def _load_in_words(load: NamedLoad, load_factor: float, rounding: str) -> str:

@@ -23,7 +23,7 @@ from shakedown.ground.shown_values import (
 )
 from shakedown.ground.status import Said, Status
 from shakedown.joint.constraints import SIDE_NAMES, loading
-from shakedown.joint.units import units_of, varying_loads_in_words
+from shakedown.joint.units import loads_in_words, units_of
 from shakedown.report import facts, notes
 from shakedown.report.data_facts import (
     LONGEST_ENTRY,
@@ -189,7 +189,7 @@ def loads_at(problem: Problem, load_factor: float, rounding: Rounding) -> str:
     >>> loads_at(dataclasses.replace(shakedown.example("two-node"), **loads), 1.2734, "down")
     '20 ± 25.46 N'
     """
-    loads = varying_loads_in_words(problem, load_factor, rounding)
+    loads = loads_in_words(problem, load_factor, rounding, constant=False)
     varying = [load for load in problem.loads if load.amplitude != 0]
     return loads.removeprefix(f"{varying[0].name} ") if len(varying) == 1 else loads
 
