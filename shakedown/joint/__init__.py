@@ -2,7 +2,7 @@
 
 Reading order: ``problem`` (the data, validated once), ``fields`` (the shape of every field; how large and
 small numbers may be; text, names, JSON), ``places`` (areas, directions and faces of the nodes),
-``contact_patches`` (its patches in space), ``contact_surface`` (strips, patches and their edges),
+``contact_surface`` (strips, patches in space, and their edges),
 ``hat_functions`` (a joint averaged over a length), ``read_only`` (protected arrays), ``law`` (where the slip
 and the gap of a node stand; Coulomb's law: an interval or a disc), ``rigid_slips`` (motions of a body that
 only friction holds, and where they are pinned), ``constraints`` (constant and periodic part of the loads,

@@ -15,7 +15,7 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import with_unit
 from shakedown.ground.status import STICK
 from shakedown.joint.arguments import once_per_problem, require_problem
-from shakedown.joint.contact_patches import TURN, contact_patches
+from shakedown.joint.contact_surface import TURN, contact_patches
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.long_term.state import LongTermState

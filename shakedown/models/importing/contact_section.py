@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError, found_in
-from shakedown.joint.contact_patches import NEIGHBOURS
+from shakedown.joint.contact_surface import NEIGHBOURS
 from shakedown.joint.places import arc_lengths, faces_among, strips
 from shakedown.models.condensation.contact_frame import SPACE, check_unique, node_names, patch_positions
 from shakedown.models.condensation.surface_coupling import REACH, SurfaceCoupling, surface_coupling
