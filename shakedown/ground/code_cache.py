@@ -18,7 +18,7 @@ from tempfile import TemporaryFile
 from typing import Any, cast
 
 import numba
-from numba.core.caching import FunctionCache, _CacheLocator
+from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.misc.appdirs import user_cache_dir
@@ -40,8 +40,11 @@ def compiled(function: Callable[..., Any], **options: Any) -> Any:
     log says so.
     """
     found: Any = numba.njit(function, **options)
-    if place_of(function.__module__.partition(".")[0]) is not None:
+    place, settings = place_of(function.__module__.partition(".")[0]), cast(Any, numba.config)
+    if place is not None:
+        given, settings.CACHE_DIR = settings.CACHE_DIR, str(place)
         found._cache = _KeptCode(function)
+        settings.CACHE_DIR = given
     return found
 
 
@@ -86,31 +89,8 @@ def _can_be_written(folder: Path) -> bool:
     return True
 
 
-class _Locator(_CacheLocator):
-    """Says where the code of a function lies; it is fresh, as the folder is that of the present sources."""
-
-    def __init__(self, function: Callable[..., Any], file: str) -> None:
-        self._py_file, self._name = file, f"{function.__module__}-{function.__code__.co_firstlineno}"
-        self._place = place_of(function.__module__.partition(".")[0])
-
-    @classmethod
-    def from_function(cls, function: Callable[..., Any], file: str) -> "_Locator":
-        return cls(function, file)
-
-    def get_cache_path(self) -> str:
-        return str(self._place)
-
-    def get_source_stamp(self) -> str:
-        return ""
-
-    def get_disambiguator(self) -> str:
-        return self._name
-
-
 class _KeptCode(FunctionCache):
     """Numba's cache of the code of a function, which goes without where the disk is full."""
-
-    _impl_class: Any = type("_KeptResult", (FunctionCache._impl_class,), {"_locator_classes": [_Locator]})
 
     def save_overload(self, *code: Any) -> None:
         try:

@@ -69,7 +69,7 @@ def test_a_change_in_any_module_compiles_anew(package):
     assert run_anew() == (601.0, True)
     (last,) = folders(package)  # code of other sources is removed
     assert last != first
-    assert sorted(path.suffix for path in last.iterdir()) == [".nbc", ".nbi"]
+    assert sorted(path.suffix for path in last.rglob("*.nb?")) == [".nbc", ".nbi"]
 
 
 def test_a_folder_of_the_user_keeps_code_of_several_versions(package, tmp_path, monkeypatch):
