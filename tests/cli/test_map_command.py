@@ -203,12 +203,6 @@ def test_an_interrupt_is_one_line_and_keeps_what_is_done(tmp_path):
     refused(*MAP, "--states", str(STATES), "-o", "map.npz", cwd=tmp_path, message=kept)
 
 
-def test_below_the_limit_of_every_state_a_map_says_that_all_are_proved():
-    code, text, _ = run("map", "two-node", "--load-factor", "0.6", "--states", "4", "-q")
-    assert code == 0
-    assert "lies below λ_U: shakedown is proved from every state" in " ".join(text.split())
-
-
 @pytest.mark.parametrize(
     ("words", "line"),
     [
