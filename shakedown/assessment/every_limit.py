@@ -18,8 +18,7 @@ from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.energy.energy_ball import NO_SAFE_SLIP, EnergyBall, energy_ball
 from shakedown.bounds.enumeration.critical import subset_count
 from shakedown.bounds.onset import Onset, first_opening, first_slip
-from shakedown.bounds.plane_or_space import holding_ball_sooner, takes_long
-from shakedown.bounds.registry import BOUNDS, BoundKind, Claim, kinds_of
+from shakedown.bounds.registry import BOUNDS, BoundKind, Claim, kinds_of, takes_long
 from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, friction_thresholds
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.constants import EACH_SHOWN, MUCH, FloatArray
@@ -308,7 +307,8 @@ class JointLimits(Result):
 
     def _ball_at(self, load_factor: float) -> EnergyBall:
         problem, around, split = self.problem, None, True
-        if holding_ball_sooner(problem) and not self.open_nodes:
+        # in space a ball that holds a given slip is found sooner than the largest one
+        if problem.directions > 1 and not self.open_nodes:
             proved, upper = self.energy, self.upper
             split = False
             if proved.least_load_factor <= load_factor < proved.load_factor:

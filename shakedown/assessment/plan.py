@@ -10,8 +10,7 @@ import numpy as np
 from shakedown.assessment.assess import AS_GIVEN
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.bounds.energy.energy_ball import energy_ball
-from shakedown.bounds.plane_or_space import takes_long
-from shakedown.bounds.registry import BOUNDS, Claim, kinds_of
+from shakedown.bounds.registry import BOUNDS, Claim, kinds_of, takes_long
 from shakedown.bounds.upper import safe_slip
 from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import Missing, present, sought

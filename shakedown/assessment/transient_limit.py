@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.bounds.bound_result import Bound, Evidence
-from shakedown.bounds.plane_or_space import takes_long
+from shakedown.bounds.registry import takes_long
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.constants import FOUR_DIGITS, MANY, SIX_DIGITS, THREE_DIGITS, FloatArray

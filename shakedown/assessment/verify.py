@@ -22,8 +22,7 @@ from shakedown.assessment.three_numbers import open_ends
 from shakedown.assessment.transient_limit import SlipLimit
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.enumeration.critical import CriticalLoadFactors, critical_load_factors
-from shakedown.bounds.plane_or_space import takes_long
-from shakedown.bounds.registry import Claim, kinds_of
+from shakedown.bounds.registry import Claim, kinds_of, takes_long
 from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.constants import CYCLES, MANY
 from shakedown.ground.errors import Missing, UsageError, present

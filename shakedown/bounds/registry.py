@@ -147,3 +147,11 @@ def kinds_of(claim: Claim) -> list[BoundKind]:
     ['λ_E', 'λ_S']
     """
     return [kind for kind in BOUNDS.values() if kind.claim == claim]
+
+
+FEW_NODES = 50  # nodes in space up to which runs take hundredths of a second
+
+
+def takes_long(problem: Problem) -> bool:
+    """Whether limits and runs of a joint take so long that fewer are made, less accurately, side by side."""
+    return problem.directions > 1 and problem.n > FEW_NODES

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball, holding_ball
-from shakedown.bounds.plane_or_space import holding_ball_sooner, takes_long
-from shakedown.bounds.registry import BOUNDS
+from shakedown.bounds.registry import BOUNDS, takes_long
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.status import Outcome
@@ -403,9 +402,9 @@ def energy_proof(state: LongTermState) -> EnergyProof:
     after finitely many cycles: the ball that holds the state at rest best is found, and
     the states that the motion really passes through are looked at until one is inside.
     Where none is, the slip that is still to come is bounded, if it can be. In space any ball that holds the
-    state comes first.
+    state comes first: it is found sooner.
     """
-    for best in (False, True) if holding_ball_sooner(state.problem) else (True,):
+    for best in (False, True) if state.problem.directions > 1 else (True,):
         ball = _ball(state, best=best)
         if not isinstance(ball, EnergyBall):
             break

@@ -77,7 +77,7 @@ def test_a_ball_of_the_plan_holds_what_is_proved():
 def test_of_many_pairs_few_states_are_simulated_unless_more_are_asked_for(monkeypatch):
     joint = Problem(A=[[2, 0], [0, 2]], B=[[0, 0]], f=0.4, q_w=[[0.4, 0], [0.4, 1]], p_w=[[1], [1]])
     assert shakedown.verify(joint, load_factors=[0.5]).settings.random_states == 3
-    monkeypatch.setattr("shakedown.bounds.plane_or_space.FEW_NODES", 0)
+    monkeypatch.setattr("shakedown.bounds.registry.FEW_NODES", 0)
     assert shakedown.verify(joint, load_factors=[0.5]).settings.random_states == 1
     assert shakedown.verify(joint, load_factors=[0.5], random_states=2).settings.random_states == 2
 
