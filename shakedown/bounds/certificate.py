@@ -24,9 +24,8 @@ from shakedown.programs.exact_program import (
     enclosure,
     exact_vertex,
     proves_at_most,
-    without_round_off,
 )
-from shakedown.programs.program import INF, Program, Solution
+from shakedown.programs.program import INF, Program, Solution, without_round_off
 from shakedown.programs.simplex import Widest, widest
 
 
@@ -146,8 +145,7 @@ LOWER_CERTIFIED_UP_TO = 40  # nodes: one program per node, about a second
 LOWER_WORK = 5e5  # budget of all pivots, as every node takes dozens where the coupling is round-off
 
 
-NO_VERTEX = "exact arithmetic found no vertex near the solution in floating-point numbers"
-NO_END = "exact arithmetic was left before its end, so long is the way from floats to an exact vertex"
+NO_VERTEX = "exact arithmetic came to no vertex in a few steps from the solution in floating-point numbers"
 ROUND_OFF_DECIDES = "the exact answer depends on round-off in the stored stiffness"
 
 
@@ -266,7 +264,7 @@ def _collapses_earlier(
         return None
     end = exact_vertex(program, *start, work)
     if end is None or end.status == Status.UNBOUNDED:
-        return Missing(NO_END if work.spent else NO_VERTEX)
+        return Missing(NO_VERTEX)
     if end.status == Status.OPTIMAL and end.x[-1] * best.x_scale < best.x[-1] * end.x_scale:
         return end
     return None

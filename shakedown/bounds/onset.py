@@ -16,7 +16,7 @@ from shakedown.ground.constants import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, checked_initial_slip
-from shakedown.joint.constraints import loading
+from shakedown.joint.constraints import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.programs.cone_rays import leaves_cone
@@ -49,18 +49,6 @@ class Onset(Result):
     reason: str = ""
 
 
-@dataclass(frozen=True)
-class _Reactions:
-    """Reactions (k + m, …) at every load step, transient first, and the size of their constant terms."""
-
-    q: FloatArray
-    p: FloatArray
-    along_q: FloatArray
-    along_p: FloatArray
-    terms_q: FloatArray
-    terms_p: FloatArray
-
-
 @checked
 def first_slip(
     problem: Problem, initial_slip: ArrayLike | None = None, *, tolerances: Tolerances = DEFAULT
@@ -90,14 +78,14 @@ def first_slip(
     >>> round(found.load_factor, 6), found.node, found.step
     (0.087348, 1, 20)
     """
-    found, law = _reactions(problem, checked_initial_slip(problem, initial_slip)), problem.law
-    start = law.of_nodes(law.cone(found.q, found.p))
-    along = law.of_nodes(law.cone(found.along_q, found.along_p))
+    law, found = problem.law, _reactions(problem, checked_initial_slip(problem, initial_slip))
+    (q, p), (along_q, along_p), (terms_q, terms_p) = map(problem.layout.split, found)
+    start, along = law.of_nodes(law.cone(q, p)), law.of_nodes(law.cone(along_q, along_p))
     left = leaves_cone(start, along) if law.d > 1 else _changes_sign(start, along).min(axis=-1)
-    excess, terms = law.excess(found.q, found.p), law.size(found.terms_q) + law.limit(found.terms_p)
+    excess, terms = law.excess(q, p), law.size(terms_q) + law.limit(terms_p)
     free = law.smooth
-    left[:, free] = _changes_sign(found.p, found.along_p)[:, free]
-    excess[:, free], terms[:, free] = -found.p[:, free], found.terms_p[:, free]
+    left[:, free] = _changes_sign(p, along_p)[:, free]
+    excess[:, free], terms[:, free] = -p[:, free], terms_p[:, free]
     return _first(problem, left, excess > tolerances.feasibility * terms, "slips")
 
 
@@ -120,36 +108,26 @@ def first_opening(
     (3.93109, 0, 37)
     """
     found = _reactions(problem, checked_initial_slip(problem, initial_slip))
-    left = _changes_sign(found.p, found.along_p)
-    return _first(problem, left, -found.p > tolerances.feasibility * found.terms_p, "opens")
+    p, along_p, terms = (each[:, problem.layout.gaps] for each in found)
+    return _first(problem, _changes_sign(p, along_p), -p > tolerances.feasibility * terms, "opens")
 
 
-def _reactions(problem: Problem, slip: FloatArray) -> _Reactions:
-    """The reactions of a slip that only nodes without friction change."""
-    loop, A, B = loading(problem), problem.A, problem.B
-    load_q, along_q = _steps(problem.q_transient, loop.q0, loop.q1)
-    load_p, along_p = _steps(problem.p_transient, loop.p0, loop.p1)
-    q, p = load_q + A @ slip, load_p + B @ slip
-    terms_q = np.abs(load_q) + np.abs(A) @ np.abs(slip)
-    terms_p = np.abs(load_p) + np.abs(B) @ np.abs(slip)
-    free = problem.layout.slips_of(problem.law.smooth)
+def _reactions(problem: Problem, slip: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Reactions (k + m, (d + 1) n) at λ = 0, how they change with λ, and the size of their constant terms.
+
+    Transient load steps, which the load factor does not scale, come first. Only nodes without friction move.
+    """
+    loop, layout, stiffness = loading(problem), problem.layout, np.vstack([problem.A, problem.B])
+    before, varying = transient_path(problem), layout.joined(loop.q1, loop.p1)
+    held = np.vstack([before, np.broadcast_to(layout.joined(loop.q0, loop.p0), varying.shape)])
+    start, along = held + stiffness @ slip, np.vstack([0.0 * before, varying])
+    free = layout.slips_of(problem.law.smooth)
     if len(free):
-        stiffness = A[np.ix_(free, free)]
-        for tangential, normal in ((q, p), (along_q, along_p)):
-            moved = -np.linalg.lstsq(stiffness, tangential[:, free].T, rcond=None)[0].T
-            tangential += moved @ A[:, free].T
-            normal += moved @ B[:, free].T
-            tangential[:, free] = 0.0
-    return _Reactions(q, p, along_q, along_p, terms_q, terms_p)
-
-
-def _steps(
-    before: FloatArray | None, constant: FloatArray, varying: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Load steps, transient ones first: what the load factor does not scale, and what it does."""
-    transient = np.empty((0, varying.shape[1])) if before is None else before
-    held = np.vstack([transient, np.broadcast_to(constant, varying.shape)])
-    return held, np.vstack([np.zeros_like(transient), varying])
+        for reactions in (start, along):
+            moved = np.linalg.lstsq(stiffness[np.ix_(free, free)], reactions[:, free].T, rcond=None)[0].T
+            reactions -= moved @ stiffness[:, free].T
+            reactions[:, free] = 0.0
+    return start, along, np.abs(held) + np.abs(stiffness) @ np.abs(slip)
 
 
 def _changes_sign(start: FloatArray, along: FloatArray) -> FloatArray:

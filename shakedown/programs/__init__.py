@@ -1,11 +1,10 @@
 """Programs in plain arrays: a linear cost over rows and bounds, or over discs, in floats and exactly.
 
-Reading order: ``program`` (statement of a linear program, numbers near 1, solution; scaling by powers of
-two), ``simplex`` (HiGHS, held for many solves; the point with the most slack), ``cone_rays`` (how far a cone
-reaches), ``polygon`` (corners in the plane).
+Reading order: ``program`` (statement of a linear program, numbers near 1, solution and polish of a vertex;
+scaling by powers of two), ``simplex`` (HiGHS, held for many solves; the point with the most slack),
+``cone_rays`` (how far a cone reaches), ``polygon`` (corners in the plane).
 
-Without round-off, through FLINT: ``exact_program`` (polish of a vertex, systems of integers, optimality of a
-basis).
+Without round-off, through FLINT: ``exact_program`` (systems of integers, optimality of a basis).
 
 Interior points for dense programs, one product of matrices an iteration: ``disc_program`` (cones, very
 many of three numbers, those of one, and a large one; discs that share coefficients node by node, and

@@ -171,12 +171,8 @@ class Cones:
         found[self.heads] = of_axis * first + along
         return np.asarray(found)
 
-    def reach(self, u: FloatArray, step: FloatArray) -> float:
-        """The largest t with u + t · step inside, for u inside; inf where every t is."""
-        return self.reach_from(u)(step)
-
     def reach_from(self, u: FloatArray) -> Callable[[FloatArray], float]:
-        """:meth:`reach` of steps from one point.
+        """The largest t with u + t · step inside, for u inside; inf where every t is.
 
         Seen from u as the unit vector a step leaves the cone at 1 / (|step₁| − step₀): the roots of the
         determinant lose that where step and u are parallel.
@@ -302,14 +298,6 @@ def _independent_rows(rows: FloatArray) -> Places:
     return np.sort(order[: rows.shape[1]])
 
 
-class Edges(NamedTuple):
-    """Excess of discs over their limits (a,), its gradients (a, N), a root of its weighted curvature."""
-
-    excess: FloatArray
-    slopes: FloatArray
-    bends: FloatArray
-
-
 @dataclass(frozen=True, eq=False)
 class DiscProgram:
     """Minimise costᵀ w over (y, w) subject to discs, rows and a bound of the length of y.
@@ -421,8 +409,13 @@ class DiscProgram:
         """The coefficients of (y, w) in some discs, (a, 3, r + p)."""
         return np.concatenate([self.blocks[self.node[discs]], self.extra[discs]], axis=2)
 
-    def edges(self, discs: Places, x: FloatArray, weights: FloatArray) -> Edges:
-        """|(u₁, u₂)| − u₀ of the slacks u of some discs at x, for Newton's method at their edge."""
+    def edges(
+        self, discs: Places, x: FloatArray, weights: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """|(u₁, u₂)| − u₀ of the slacks u of some discs at x, for Newton's method at their edge.
+
+        With it its gradients (a, N), and a root of its weighted curvature.
+        """
         columns = self.columns(discs)
         u = self.right[discs] - columns @ x
         length = np.hypot(u[:, 1], u[:, 2])
@@ -430,7 +423,7 @@ class DiscProgram:
         slopes = columns[:, 0] - np.einsum("jk,jkx->jx", normal, columns[:, 1:])
         across = normal[:, :1] * columns[:, 2] - normal[:, 1:] * columns[:, 1]
         bends = across * np.sqrt(np.maximum(weights, 0.0) / length)[:, None]
-        return Edges(length - u[:, 0], slopes, bends)
+        return length - u[:, 0], slopes, bends
 
     @cached_property
     def unknowns(self) -> Unknowns:

@@ -1,9 +1,9 @@
-"""Linear programs: data, scaling, solutions."""
+"""Linear programs: data, scaling, solutions and their polish."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from math import frexp, ldexp, sqrt
+from math import frexp, ldexp, nan, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -179,6 +179,73 @@ Point = tuple[FloatArray, FloatArray]  # x and multipliers
 NOWHERE = np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp)
 
 
+def polished(program: Program, x: FloatArray, y: FloatArray, meeting: Meeting) -> Point:
+    """Solve the active rows as equalities; keep what violates the rows less."""
+    try:
+        sharp_x, sharp_y = sharpened(program, x, meeting)
+    except np.linalg.LinAlgError:  # HiGHS left a singular basis: its own values are all there is
+        pass
+    else:
+        if program.violation(sharp_x) <= max(program.violation(x), 16 * np.finfo(float).eps):
+            x = sharp_x
+        if np.all(np.isfinite(sharp_y)):
+            y = sharp_y
+    return cleaned(program, x), y
+
+
+def sharpened(program: Program, x: FloatArray, meeting: Meeting) -> Point:
+    """x and multipliers from the active rows as equalities, the columns that are not free as they are.
+
+    Raises ``LinAlgError`` where these rows do not meet in one point.
+    """
+    (active, free), matrix, x = meeting, program.matrix, x.copy()
+    left, right = program.left[active], program.right[active]
+    square, y = matrix[np.ix_(active, free)], np.zeros(len(matrix))
+    value = matrix[active] @ x
+    target = np.where(np.abs(right - value) <= np.abs(value - left), right, left)
+    fixed = np.ones(len(x), dtype=bool)
+    fixed[free] = False
+    inverse: FloatArray = np.asarray(np.linalg.inv(square), dtype=float)
+    x[free] = refined(inverse, square, target - matrix[np.ix_(active, fixed)] @ x[fixed])
+    y[active] = refined(inverse.T, square.T, program.cost[free])
+    return x, -y
+
+
+def cleaned(program: Program, x: FloatArray) -> FloatArray:
+    """x without what round-off leaves of zeros, within its bounds."""
+    sides = np.abs(np.stack([program.left, program.right]))
+    largest = np.where(sides < INF, sides, 0.0).max(axis=0)
+    threshold = program.tolerances.cancellation * len(x)
+    clean = without_round_off(program.matrix, x, largest, threshold)
+    dear = ~program.matrix.any(axis=0) & (program.cost != 0)  # in no row, but not for nothing at its bound
+    return np.clip(np.where(dear, x, clean), program.lower, program.upper)
+
+
+def without_round_off(matrix: FloatArray, x: FloatArray, right: FloatArray, threshold: float) -> FloatArray:
+    """x with zero where it counts for nothing in any row of matrix · x ≤ right.
+
+    An entry whose share in every row is below ``threshold`` times the largest term
+    of that row is what round-off left of zero.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rows = np.array([[1.0, 1.0], [1.0, -1.0]])
+    >>> without_round_off(rows, np.array([1.0, 3e-17]), np.ones(2), threshold=2e-15)
+    array([1., 0.])
+    """
+    shares = np.abs(matrix * x)
+    terms = np.maximum(shares.max(axis=1, initial=0.0), np.abs(right))
+    return np.where(np.all(shares <= threshold * terms[:, None], axis=0), 0.0, x)
+
+
+def refined(inverse: FloatArray, matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """Solve a square system with its inverse and one step of refinement in extended precision."""
+    x = inverse @ right
+    residual = right - matrix.astype(np.longdouble) @ x
+    return np.asarray(x + inverse @ residual.astype(float))
+
+
 @dataclass(frozen=True, eq=False)
 class Solution:
     """The result of a program; computed and checked when first read.
@@ -187,8 +254,6 @@ class Solution:
     ----------
     status
         Optimal, infeasible or unbounded.
-    value
-        cᵀ x to the accuracy of the solver, without polish; NaN unless optimal.
     reduced_accuracy
         Whether the solver reached an answer only at loosened tolerances.
     solved, scales
@@ -196,12 +261,11 @@ class Solution:
     """
 
     status: Status
-    value: float
     reduced_accuracy: bool
     solved: Program = field(repr=False)
     scales: ProgramScales = field(repr=False)
-    _point: Callable[["Solution"], Point] = field(repr=False)
-    _meeting: Callable[[], Meeting] = field(repr=False, default=lambda: NOWHERE)
+    _left: Point | None = field(repr=False)  # as the solver left it
+    _meeting: Callable[[], Meeting] = field(repr=False)
 
     @cached_property
     def meeting(self) -> Meeting:
@@ -213,12 +277,21 @@ class Solution:
 
     @cached_property
     def _ends(self) -> Point:
-        return self._point(self)
+        if self._left is None:
+            rows, columns = self.solved.matrix.shape
+            return np.full(columns, np.nan), np.full(rows, np.nan)
+        x, y = polished(self.solved, *self._left, self.meeting)
+        return x * self.scales.x, y * self.scales.y
 
     @property
     def optimal(self) -> bool:
         """Whether there is a solution."""
         return self.status == Status.OPTIMAL
+
+    @property
+    def value(self) -> float:
+        """cᵀ x to the accuracy of the solver, without polish; NaN unless optimal."""
+        return nan if self._left is None else self.scales.value(float(self.solved.cost @ self._left[0]))
 
     @property
     def x(self) -> FloatArray:

@@ -178,7 +178,7 @@ def _centred(rows: DiscProgram, end: SelfDualSolution, gap: float) -> Point | No
         wanted = cones.quotient(centre, target * cones.unit - cones.product(centre, centre))
         dx, dy = _newton_equations(rows, scaling)(left, short - scaling.times(wanted))
         ds = short - rows.times(dx)
-        way = min(1.0, 0.9 * cones.reach(s, ds), 0.9 * cones.reach(y, dy))
+        way = min(1.0, 0.9 * cones.reach_from(s)(ds), 0.9 * cones.reach_from(y)(dy))
         if not np.isfinite(dx).all():
             return None
         x, s, y = x + way * dx, s + way * ds, y + way * dy

@@ -1,8 +1,7 @@
 """Linear programs: HiGHS from basis to basis, exact to round-off; the point with most slack."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial
+from functools import cache, cached_property
 from math import inf
 
 import highspy
@@ -13,8 +12,7 @@ from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.ground.errors import SolverError
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.programs.exact_program import cleaned, polished, sharpened
-from shakedown.programs.program import INF, Meeting, Point, Program, Solution
+from shakedown.programs.program import INF, Meeting, Program, Solution, sharpened
 
 FINER = 2.0**14  # factor on costs where HiGHS's tolerance leaves a notable reduced cost
 TOLERANCE = 1e-10  # the smallest that HiGHS accepts
@@ -87,7 +85,7 @@ def made(program: Program) -> highspy.Highs:
 
 
 class Simplex:
-    """The state of a solver between solves of one program: its sides, bounds and cost may change.
+    """The state of a solver between solves of one program: its sides may change.
 
     The data are handed to HiGHS once, equilibrated by powers of two, and every solve starts from the
     basis of the last. The vertex is solved again from its active rows, so that it is exact to round-off and
@@ -137,27 +135,15 @@ class Simplex:
         if status == Status.OPTIMAL and not reduced:
             self._finish()
         basis = self._highs.getBasis()
-        if status != Status.OPTIMAL:
-            return self._end(status, np.nan, reduced, _nowhere, lambda: meeting_of(basis))
-        solution = self._highs.getSolution()
-        x, y = np.array(solution.col_value), -np.array(solution.row_dual)
-        sharp = partial(_polished, x, y)
-        return self._end(status, float(self.program.cost @ x), reduced, sharp, lambda: meeting_of(basis))
+        left = None
+        if status == Status.OPTIMAL:
+            solution = self._highs.getSolution()
+            left = np.array(solution.col_value), -np.array(solution.row_dual)
+        return Solution(status, reduced, self._now(), self.scales, left, lambda: meeting_of(basis))
 
-    def _end(
-        self,
-        status: Status,
-        value: float,
-        reduced: bool,
-        point: Callable[[Solution], Point],
-        meeting: Callable[[], Meeting],
-    ) -> Solution:
-        """A solution of the present program, unaffected by later changes of sides and bounds."""
-        now = self.program
-        kept = replace(
-            now, left=now.left.copy(), right=now.right.copy(), lower=now.lower.copy(), upper=now.upper.copy()
-        )
-        return Solution(status, self.scales.value(value), reduced, kept, self.scales, point, meeting)
+    def _now(self) -> Program:
+        """The present program, unaffected by later changes of its sides."""
+        return replace(self.program, left=self.program.left.copy(), right=self.program.right.copy())
 
     def at(self, active: NDArray[np.intp]) -> Solution | None:
         """The vertex in which these rows meet, if it is optimal to the solver's tolerances.
@@ -184,8 +170,7 @@ class Simplex:
         # a larger reduced cost is not round-off, and matters where slips are large
         if not (np.max(wrong) <= ROUND_OFF and program.violation(x) <= TOLERANCE):  # NaN is rejected, too
             return None
-        point, value = (cleaned(program, x) * self.scales.x, y * self.scales.y), float(program.cost @ x)
-        return self._end(Status.OPTIMAL, value, False, lambda _: point, lambda: meeting)
+        return Solution(Status.OPTIMAL, False, self._now(), self.scales, (x, y), lambda: meeting)
 
     def _warm(self) -> Status | None:
         """Solve from the end of the last solve, optimal or infeasible: usually few pivots away."""
@@ -232,16 +217,6 @@ class Simplex:
         limited = program.right < INF
         sides = np.where(limited & (program.left > -INF), 0.0, np.where(limited, y, -y))
         return float(max(pulls.max(initial=0.0), sides.max(initial=0.0)))
-
-
-def _polished(x: FloatArray, y: FloatArray, end: Solution) -> Point:
-    sharp = polished(end.solved, x, y, end.meeting)
-    return sharp[0] * end.scales.x, sharp[1] * end.scales.y
-
-
-def _nowhere(end: Solution) -> Point:
-    rows, columns = end.solved.matrix.shape
-    return np.full(columns, np.nan), np.full(rows, np.nan)
 
 
 def solve(program: Program) -> Solution:

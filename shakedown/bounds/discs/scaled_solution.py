@@ -326,11 +326,11 @@ def _equations(
     """Balance of the multipliers, slack of the active limits, curvature, slopes of the active limits."""
     s, linear, _ = program.parts(program.limits - program.times(x))
     a, b = len(active.linear), len(active.linear) + len(active.edge)
-    edges = program.edges(active.edge, x, m[a:b])
+    excess, slopes, bends = program.edges(active.edge, x, m[a:b])
     at_apex = program.columns(active.apex).reshape(-1, len(x))
-    J = -np.vstack([_rows(program, active.linear), edges.slopes, at_apex])
-    missing = np.concatenate([linear[active.linear], -edges.excess, s[active.apex].ravel()])
-    H = edges.bends.T @ edges.bends
+    J = -np.vstack([_rows(program, active.linear), slopes, at_apex])
+    missing = np.concatenate([linear[active.linear], -excess, s[active.apex].ravel()])
+    H = bends.T @ bends
     if active.norm and program.norm is not None:
         r, length = program.rank, float(np.linalg.norm(x[: program.rank]))
         towards = x[:r] / length
