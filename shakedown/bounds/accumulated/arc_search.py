@@ -354,17 +354,7 @@ class ArcLimits:
 
     def slacks(self, node: Numbers, e: FloatArray) -> Slacks:
         """Of nodes (c,) in directions (c, k, d), (c, k): at the initial slip, wherever within its error."""
-        return self._after_slip(node, e, load_slacks(self.problem, node, e))
-
-    def slacks_around(self, cells: Cells, parts: int) -> Slacks:
-        """Of all nodes in all undivided cells: what loads leave there is worked out once."""
-        known = _known_around(self.problem)
-        if parts not in known:
-            known[parts] = load_slacks(self.problem, cells.node, cells.corners)
-        return self._after_slip(cells.node, cells.corners, known[parts])
-
-    def _after_slip(self, node: Numbers, e: FloatArray, loads: Slacks) -> Slacks:
-        """What the initial slip adds to slacks under the loads alone."""
+        loads = load_slacks(self.problem, node, e)
         (of_fB, of_A), (size_fB, size_A) = self._locked, self._terms
         locked = of_fB[node, None] + np.einsum("ckx,cx->ck", e, of_A[node])
         terms = size_fB[node, None] + np.einsum("ckx,cx->ck", np.abs(e), size_A[node])
@@ -427,12 +417,6 @@ def _origins(problem: Problem) -> FloatArray:
     first = np.argmax(sizes >= (1.0 - SEVEN_DIGITS) * sizes.max(axis=0), axis=0)
     x, y = np.concatenate(groups)[first, np.arange(problem.n)].T
     return np.asarray(np.arctan2(y, x))
-
-
-@once_per_problem
-def _known_around(problem: Problem) -> dict[int, Slacks]:
-    """Slacks under the loads alone in all undivided cells, by the number of their parts."""
-    return {}
 
 
 def load_slacks(problem: Problem, node: Numbers, e: FloatArray) -> Slacks:
@@ -537,7 +521,7 @@ class FoundArcs:
 def search_about(limits: ArcLimits, parts: int) -> ArcSearch:
     """A search with no cell chosen yet; cells may be divided into a number of parts."""
     cells = all_cells(_origins(limits.problem), limits.problem.directions, parts)
-    return ArcSearch(limits, cells, limits.slacks_around(cells, parts))
+    return ArcSearch(limits, cells, limits.slacks(cells.node, cells.corners))
 
 
 def farthest(low: FoundArcs, at: float, accuracy: float) -> tuple[FoundArcs, NoLids | None]:

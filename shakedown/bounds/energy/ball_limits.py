@@ -41,8 +41,6 @@ class EnergyMetric:
         root · inverse = I: the slips of unit vectors, zero at pinned nodes [1].
     free : (n, n − r)
         Directions of slip without energy, the rigid slips first.
-    stiffness : (n,)
-        Diagonal of A [force/length].
     stiffest
         Largest energy, doubled, of a slip of one node alone by a unit length [force/length].
     sizes : (n,)
@@ -55,7 +53,6 @@ class EnergyMetric:
     root: FloatArray
     inverse: FloatArray
     free: FloatArray
-    stiffness: FloatArray
     stiffest: float
     sizes: FloatArray
     pinned: tuple[int, ...] = ()
@@ -104,9 +101,8 @@ def energy_metric(
     >>> metric.norm([[1.0, 0.0], [1.0, 1.0]]) ** 2
     array([ 4., 13.])
     """
-    stiffness = np.diagonal(A).copy()
-    scale = power_of_two(float(stiffness.max()))
-    lengths = np.array([1.0 / power_of_two(float(np.sqrt(a))) for a in stiffness / scale])
+    scale = power_of_two(float(np.diagonal(A).max()))
+    lengths = np.array([1.0 / power_of_two(float(np.sqrt(a))) for a in np.diagonal(A) / scale])
     known = RigidSlips(np.zeros((len(A), 0)), ()) if rigid is None else rigid
     kept = np.setdiff1d(np.arange(len(A)), known.pinned)
     values, vectors = np.linalg.eigh((A / scale * lengths * lengths[:, None])[np.ix_(kept, kept)])
@@ -127,7 +123,6 @@ def energy_metric(
         root=root,
         inverse=directions[:, ~free] / lasting,
         free=np.hstack([known.motions, directions[:, free]]),
-        stiffness=stiffness,
         stiffest=_stiffest(A, len(A) // len(B)),
         sizes=sizes,
         pinned=known.pinned,

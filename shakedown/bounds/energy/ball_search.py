@@ -2,15 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from math import inf, nan
 from typing import NamedTuple, TypeGuard
 
 import numpy as np
 
 from shakedown.bounds.discs.scaled_solution import polished
+from shakedown.bounds.energy.about_slip import LimitsAbout, limits_about
 from shakedown.bounds.energy.ball_limits import BallLimits, Places
-from shakedown.bounds.energy.exact_check import LimitsAbout, limits_about
 from shakedown.ground.constants import (
     ALTERNATIONS,
     FOUR_DIGITS,
@@ -144,12 +144,11 @@ def _proved(program: DiscProgram, end: SelfDualSolution) -> float:
 
 
 class BallMargin(NamedTuple):
-    """The largest margin of all limits, relative to their sizes, and where: with relative radius."""
+    """The largest margin of all limits, relative to their sizes, and where."""
 
     margin: float
     slip: FloatArray
     load_factor: float
-    radius: float
 
 
 def _found(
@@ -198,7 +197,7 @@ def _found(
         most = _proved(program, end) / unit
         gap = most / value - 1.0 if value > 0 else most
     slip = start + limits.metric.inverse @ end.x[:r] * about.length
-    return Found(limits, about, program, end, slip, radius * about.length, value, gap, met)
+    return Found(limits, about, program, end, slip, radius, value, gap, met)
 
 
 Solve = Callable[[BallLimits, Points], Found]  # from the way to the optimum with other shares
@@ -210,7 +209,7 @@ def largest_load_factor(limits: BallLimits, start: FloatArray, distance: float, 
     def solve(each: BallLimits, begun: Points) -> Found:
         about = limits_about(each, start, distance)
         program, unit = about.load_factor_program(), 1.0 / about.load_unit
-        return _found(each, about, start, program, lambda y: _largest_load(about, y), begun, unit=unit)
+        return _found(each, about, start, program, partial(_largest_load, about), begun, unit=unit)
 
     return _by_turns(limits, solve, None, split=split)
 
@@ -219,7 +218,7 @@ def least_load(limits: BallLimits, start: FloatArray, distance: float) -> float:
     """The smallest load factor ≥ 0 at which the same shares have a ball that holds a slip; NaN unknown."""
     about = limits_about(limits, start, distance).reversed()
     program, unit = about.load_factor_program(reverse=True), 1.0 / about.load_unit
-    end = sought(_found, limits, about, start, program, lambda y: _largest_load(about, y), unit=unit)
+    end = sought(_found, limits, about, start, program, partial(_largest_load, about), unit=unit)
     if isinstance(end, Missing) or end.status != Status.OPTIMAL:
         return nan
     return -end.value if -end.value > ROUND_OFF else 0.0
@@ -232,7 +231,7 @@ def ball_margin(limits: BallLimits, start: FloatArray, distance: float) -> BallM
     load_factor, radius = max(float(w[-2]), 0.0), float(np.linalg.norm(y)) + about.offset
     slip = start + limits.metric.inverse @ y * about.length
     margin = about.margin(y, radius, load_factor)
-    return BallMargin(margin, slip, load_factor * about.load_unit, radius * about.length)
+    return BallMargin(margin, slip, load_factor * about.load_unit)
 
 
 def widest(limits: BallLimits, load_factor: float) -> tuple[FloatArray, float]:
@@ -258,9 +257,8 @@ def largest_ball(limits: BallLimits, load_factor: float, *, split: bool) -> Foun
         about = limits_about(each, start, load_factor=load_factor)
 
         def up_to(cap: float, begun: Points) -> Found:
-            program, unit = about.radius_program(cap), about.unit_of_radius
-            found = _found(each, about, start, program, lambda y: _radius_twice(about, y), begun, unit=unit)
-            return replace(found, value=found.value * about.length)
+            program, unit = about.radius_program(cap), about.unit_of_radius / about.length
+            return _found(each, about, start, program, partial(_largest_radius, about), begun, unit=unit)
 
         found = up_to(inf, begun)
         if found.status != Status.UNBOUNDED:
@@ -294,11 +292,9 @@ def ball_around(
             radius, margin = _largest_margin(about, y)
             return not best and margin > INSIDE * tolerances.feasibility * radius
 
-        found = _found(
-            each, about, slip, about.margin_program(), lambda y: _largest_margin(about, y), begun, inside,
-            unit=about.unit_of_radius,
-        )  # fmt: skip
-        return replace(found, value=found.value * about.length)
+        program, unit = about.margin_program(), about.unit_of_radius / about.length
+        allowed = partial(_largest_margin, about)
+        return _found(each, about, slip, program, allowed, begun, inside, unit=unit)
 
     return _by_turns(
         limits, solve, load_factor, split=split,
@@ -433,31 +429,27 @@ def _is_solved(found: Found | Missing) -> TypeGuard[Found]:
     return not isinstance(found, Missing) and found.status != Status.INFEASIBLE
 
 
-def _largest_radius(about: LimitsAbout, y: FloatArray) -> float:
-    """The largest R that the limits leave at y; NaN where none does."""
+def _largest_margin(about: LimitsAbout, y: FloatArray) -> tuple[float, float]:
+    """The largest R that the limits leave at y, NaN where they know none, and R − ‖y‖, relative [length]."""
     wide, slack = about.s > 0, about.slack(y)
-    return float(np.min(slack[wide] / about.s[wide])) if wide.any() else nan
+    radius = float(np.min(slack[wide] / about.s[wide])) if wide.any() else nan
+    return radius * about.length, (radius - float(np.linalg.norm(y))) * about.length
 
 
-def _radius_twice(about: LimitsAbout, y: FloatArray) -> tuple[float, float]:
-    """The largest R that the limits leave at y, as the radius and as the value."""
-    radius = _largest_radius(about, y)
+def _largest_radius(about: LimitsAbout, y: FloatArray) -> tuple[float, float]:
+    """The same R twice: as the radius and as the value."""
+    radius, _ = _largest_margin(about, y)
     return radius, radius
 
 
-def _largest_margin(about: LimitsAbout, y: FloatArray) -> tuple[float, float]:
-    """The largest R that the limits leave at y, and R − ‖y‖."""
-    radius = _largest_radius(about, y)
-    return radius, radius - float(np.linalg.norm(y))
-
-
 def _largest_load(about: LimitsAbout, y: FloatArray) -> tuple[float, float]:
-    """R = ‖y‖ + δ and the largest λ that the limits allow at y with it; NaN where none does."""
+    """R = ‖y‖ + δ, relative [length], and the largest λ that the limits allow at y with it."""
     radius = float(np.linalg.norm(y)) + about.offset
     discs, rows = about.left(y, radius)
     row_d = about.base.rows_extra[:, 1]
     load = float(np.min(rows[row_d > 0] / row_d[row_d > 0], initial=inf))
-    return radius, min(load, _last_zero(discs, about.base.extra[:, :, 1])) * about.load_unit
+    load = min(load, _last_zero(discs, about.base.extra[:, :, 1]))
+    return radius * about.length, load * about.load_unit
 
 
 def _last_zero(u: FloatArray, d: FloatArray) -> float:

@@ -83,10 +83,6 @@ class EnergyBall(Result):
     share : (n, 2)
         With two directions what part c of the change of its own tangential reaction is counted as the
         change of the pressure of every closed node (docs/energy.md, section 8) [1]; else empty.
-    shortfall
-        Where no ball was found to hold the state given: how far that is from one,
-        −max (R − ‖v − v*‖) [√(force · length)]; else NaN. States less than that away from it are in none
-        with the same shares.
     """
 
     status: Status
@@ -100,7 +96,6 @@ class EnergyBall(Result):
     inner_radius: float
     zone: Zone | None = field(default=None, repr=False)
     share: FloatArray = field(default_factory=lambda: np.zeros((0, 2)), repr=False)
-    shortfall: float = nan
 
     @property
     def open_nodes(self) -> tuple[int, ...]:
@@ -438,7 +433,7 @@ def _ball(
     if found.status == Status.INFEASIBLE:
         return result(limits, Status.INFEASIBLE, NO_SAFE_SLIP if held is None else NOT_HELD)
     if held is not None and not found.value > 0:
-        return result(limits, Status.INFEASIBLE, NOT_HELD, shortfall=-found.value * limits.metric.unit)
+        return result(limits, Status.INFEASIBLE, NOT_HELD)
     spread, slack = found.limits.spread, found.limits.slack(found.slip, load_factor)
     if not leaves_margins(found.limits, found.slip, load_factor, tolerances):
         return result(limits, Status.INFEASIBLE, NO_SLACK)
@@ -463,7 +458,6 @@ def _result(
     slip: FloatArray | None = None,
     radius: float = 0.0,
     active: tuple[tuple[int, int], ...] = (),
-    shortfall: float = nan,
 ) -> EnergyBall:
     """The ball about a slip with a relative radius; without one there is none."""
     needed = radius if isfinite(radius) else 0.0
@@ -478,7 +472,6 @@ def _result(
         metric=limits.metric,
         inner_radius=radius * limits.metric.unit * (1.0 - tolerances.feasibility),
         share=limits.share,
-        shortfall=shortfall,
     )
 
 

@@ -14,7 +14,6 @@ from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.bounds.energy.ball_limits import BallLimits, ball_limits, check_resolved, without_margin
 from shakedown.bounds.energy.ball_search import (
-    BallMargin,
     Found,
     ball_margin,
     largest_load_factor,
@@ -37,11 +36,11 @@ from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, checked_initial_slip
-from shakedown.joint.contact_zone import Part, Zone, contact_zone, coupled_parts, of_slips, weakest
+from shakedown.joint.contact_zone import Part, Zone, coupled_parts, of_slips, weakest
 from shakedown.joint.problem import Problem
 
 NOT_CLEARLY = "as stored A without the pinned slips is not clearly positive definite"
-NOT_ALL_AT_ONCE = "at the least certified load factor of its parts the balls of the others are not confirmed"
+PART_BY_PART = "confirmed part by part, but not of all parts at one load factor"
 NOWHERE_STRICT = "near the optimum no slip and radius satisfy all conditions strictly"
 
 
@@ -106,7 +105,7 @@ def energy_bound(
             energy_bound(part.joint, start[part.slips], reach, open_nodes=own, **settings)
             for part, own in zip(parts, opened, strict=True)
         ]
-        return _of_parts(parts, found, tolerances)
+        return _of_parts(parts, found)
     given = start[problem.layout.slips_of(zone.closed_nodes)]
     bound = _of_closed(zone, given, reach, tolerances, split=split)
     wanted = problem.n <= LOWER_CERTIFIED_UP_TO if certify is None else certify
@@ -131,7 +130,7 @@ def of_joint(limits: Any) -> Bound:
     )
 
 
-def _of_parts(parts: tuple[Part, ...], found: list[Bound], tolerances: Tolerances) -> Bound:
+def _of_parts(parts: tuple[Part, ...], found: list[Bound]) -> Bound:
     """The bound of a joint in uncoupled parts, from those of each."""
     deciding = weakest(found)
     part, bound = parts[deciding], found[deciding]
@@ -144,11 +143,13 @@ def _of_parts(parts: tuple[Part, ...], found: list[Bound], tolerances: Tolerance
         centres = (each.slip if each.status == Status.OPTIMAL else each.initial_slip for each in found)
         slip = of_slips(parts, centres)
     numbers = [(each, p.slips, p.nodes) for p, each in zip(parts, found, strict=True)]
-    proof = sought(_certificate_of_parts, parts, found, tolerances) if bound.certificate else None
-    doubts = [each.uncertified for each in found if each.uncertified]
-    if isinstance(proof, Missing):
-        doubts = [proof.reason]
-    certificate = proof if isinstance(proof, EnergyCertificate) else None
+    known = [each.certificate for each in found if each.certificate is not None]
+    certificate, doubts = None, [each.uncertified for each in found if each.uncertified]
+    if len(known) == len(found) and all(_begins_at_rest(*both) for both in zip(parts, found, strict=True)):
+        least_of_all = min(known, key=lambda each: each.load_factor)
+        certificate = replace(least_of_all, slip=of_slips(parts, (each.slip for each in known)))
+    elif known:
+        doubts.append(PART_BY_PART)
     return bound.but(
         least_load_factor=least,
         slip=slip,
@@ -156,7 +157,7 @@ def _of_parts(parts: tuple[Part, ...], found: list[Bound], tolerances: Tolerance
         active=tuple((part.number(node), side) for node, side in bound.active),
         certificate=certificate,
         certified=None if certificate is None else certificate.load_factor,
-        uncertified=doubts[0] if doubts else "",
+        uncertified="" if certificate else next(iter(doubts), ""),
         reason=part.renumbered(bound.reason),
         open_nodes=tuple(sorted(int(nodes[k]) for each, _, nodes in numbers for k in each.open_nodes)),
         pinned=tuple(sorted(int(slips[k]) for each, slips, _ in numbers for k in each.pinned)),
@@ -164,25 +165,10 @@ def _of_parts(parts: tuple[Part, ...], found: list[Bound], tolerances: Tolerance
     )
 
 
-def _certificate_of_parts(
-    parts: tuple[Part, ...], found: list[Bound], tolerances: Tolerances
-) -> EnergyCertificate | Missing | None:
-    """The least load factor certified for a part, where the balls of all others are confirmed there, too."""
-    known = [each.certificate for each in found]
-    certified = [each for each in known if each is not None]
-    if len(certified) < sum(each.status == Status.OPTIMAL for each in found):
-        return None
-    least, slips = min(certified, key=lambda each: each.load_factor), list[FloatArray]()
-    for part, each, own in zip(parts, found, known, strict=True):
-        inner = _strictly_inside(contact_zone(part.joint, ()), each, tolerances)
-        if isinstance(inner, Missing):
-            return inner
-        exact, widest = inner
-        slips.append(widest.slip if own is None else own.slip)
-        reach = exact.radius_to(slips[-1], each.initial_slip, each.distance)
-        if not exact.holds(least.load_factor, slips[-1], nextafter(float(reach), inf)):
-            return Missing(NOT_ALL_AT_ONCE)
-    return replace(least, slip=of_slips(parts, slips))
+def _begins_at_rest(part: Part, bound: Bound) -> bool:
+    """Whether a certificate of a part holds without the periodic load, too, and so at every smaller one."""
+    proof = bound.certificate
+    return ExactBall(part.joint, bound.share).holds(0.0, proof.slip, proof.radius)
 
 
 def _in_zone(zone: Zone, given: FloatArray, bound: Bound) -> Bound:
@@ -199,10 +185,11 @@ def _in_zone(zone: Zone, given: FloatArray, bound: Bound) -> Bound:
 
 def _certificate(zone: Zone, bound: Bound, tolerances: Tolerances) -> EnergyCertificate | Missing:
     """Move from the optimum towards the point with the largest margins until all conditions are strict."""
-    inner = _strictly_inside(zone, bound, tolerances)
-    if isinstance(inner, Missing):
-        return inner
-    exact, widest = inner
+    limits = ball_limits(zone, tolerances=tolerances).shared(bound.share)
+    exact = ExactBall(zone.joint, bound.share)
+    if not exact.regular:
+        return Missing(limits.rigid.doubt or NOT_CLEARLY)
+    widest = ball_margin(limits, bound.initial_slip, bound.distance)
     for part in (10.0**digits for digits in range(-14, -2)):
         slip = (1 - part) * bound.slip + part * widest.slip
         lower = (1 - part) * bound.load_factor + part * widest.load_factor
@@ -210,17 +197,6 @@ def _certificate(zone: Zone, bound: Bound, tolerances: Tolerances) -> EnergyCert
         if exact.holds(lower, slip, radius):
             return EnergyCertificate(lower, slip, radius)
     return Missing(NOWHERE_STRICT)
-
-
-def _strictly_inside(
-    zone: Zone, bound: Bound, tolerances: Tolerances
-) -> tuple[ExactBall, BallMargin] | Missing:
-    """The exact conditions, all nodes closed, and where those of a bound have the largest margins."""
-    limits = ball_limits(zone, tolerances=tolerances).shared(bound.share)
-    exact = ExactBall(zone.joint, bound.share)
-    if not exact.regular:
-        return Missing(limits.rigid.doubt or NOT_CLEARLY)
-    return exact, ball_margin(limits, bound.initial_slip, bound.distance)
 
 
 def _of_closed(

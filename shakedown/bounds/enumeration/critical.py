@@ -32,7 +32,7 @@ from shakedown.joint.result import Result
 Progress = Callable[[int, int], None]
 SMALL = 20_000  # up to here batches are done before compiled code is loaded, and all values are kept
 SECONDS_EACH = 4e-8  # of one core for a subset, as the study `enumeration` measured from 10 nodes on
-COUNTABLE = 10**40  # from so many subsets on, no time is told
+COUNTABLE = 10**21  # from so many subsets on, neither their number nor a time is told exactly
 MOST_NODES = 10_000  # nodes; limits the digits of the number of subsets
 
 
@@ -197,21 +197,10 @@ def _count(rows: Constraints) -> int:
 
 def _check_budget(rows: Constraints, total: int, budget: int) -> None:
     """Refuse more subsets than the budget, and say about how long they would take."""
-    if total <= budget:
-        return
-    time = f"about {_duration(SECONDS_EACH * total)} on one core" if total < COUNTABLE else "for ever"
-    raise BudgetExceeded(
-        f"{_counted(total)} subsets of {rows.n + 1} rows are more than the budget of {budget:,}; "
-        f"they would take {time}"
-    )
-
-
-def _counted(total: int) -> str:
-    return f"{total:,}" if total < 10**21 else f"about 10^{len(str(total)) - 1}"
-
-
-def _duration(seconds: float) -> str:
-    for unit, size in (("years", 3.156e7), ("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
-        if seconds >= 2 * size:
-            return f"{seconds / size:.3g} {unit}"
-    return f"{seconds:.2g} seconds"
+    if total > budget:
+        told = f"{total:,}" if total < COUNTABLE else f"about 10^{len(str(total)) - 1}"
+        hours = f"about {SECONDS_EACH * total / 3600:.2g} hours" if total < COUNTABLE else "for ever"
+        raise BudgetExceeded(
+            f"{told} subsets of {rows.n + 1} rows are more than the budget of {budget:,}; "
+            f"they would take {hours} on one core"
+        )

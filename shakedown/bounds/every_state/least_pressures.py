@@ -334,12 +334,6 @@ class Loops:
     growing: FloatArray
     constant: FloatArray
 
-    def part(self, nodes: NDArray[np.intp]) -> "Loops":
-        """Those of some of the nodes."""
-        return Loops(
-            self.curves.part(nodes), self.path[:, nodes], self.growing[:, nodes], self.constant[nodes]
-        )
-
     def needed(self, centre: FloatArray) -> FloatArray:
         """The 1/λ required for each load step, (m, k), by centres (k, d)."""
         return np.asarray((self.curves.reach(-(centre + self.path)) - self.growing) / self.constant)
@@ -384,25 +378,19 @@ def reaction_centres(loops: Loops) -> tuple[FloatArray, FloatArray]:
     k = len(loops.constant)
     basis = loops.rows(loops.curves.around())
     centre, below = _vertex(basis)
-    if not k:
-        return below, centre
-    best, above, going = centre.copy(), np.full(k, np.inf), np.arange(k)
-    for _ in range(ITERATIONS):  # each exchanges one of d + 1 touching points: 10 to 40 are taken
-        part = loops.part(going)
-        reached = part.needed_above(centre[going])
-        better = reached < above[going]
-        above[going[better]], best[going[better]] = reached[better], centre[going[better]]
-        needed, new = part.worst(centre[going])
-        open_yet = needed - below[going] > np.maximum(ROUND_OFF * np.abs(needed), part.round_off())
-        if not open_yet.any():
+    best, above, going = centre.copy(), np.full(k, np.inf), np.ones(k, dtype=bool)
+    for _ in range(ITERATIONS if k else 0):  # each exchanges one of d + 1 touching points: 10 to 40 are taken
+        reached = loops.needed_above(centre)
+        better = going & (reached < above)
+        above[better], best[better] = reached[better], centre[better]
+        needed, new = loops.worst(centre)
+        found, regular = _exchanged(basis, new)
+        open_yet = needed - below > np.maximum(ROUND_OFF * np.abs(needed), loops.round_off())
+        going &= open_yet & regular
+        if not going.any():
             break
-        going = going[open_yet]
-        found, ok = _exchanged(basis[going], new[open_yet])
-        basis[going[ok]] = found[ok]
-        going = going[ok]
-        if not len(going):
-            break
-        centre[going], below[going] = _vertex(basis[going])
+        basis[going] = found[going]
+        centre, below = _vertex(basis)
     return above, best
 
 
