@@ -169,14 +169,14 @@ class LimitSearch:
         """The limit of an affine map that drifts, or nearly so."""
         affine = self.compiled.map
         k = affine.k
-        end = limit(affine.power.ravel()[: k * k].reshape(k, k), affine.change[:k])
-        decaying, drift = end.decaying, end.drift
+        change, drift, contraction = limit(affine.power.ravel()[: k * k].reshape(k, k), affine.change[:k])
+        decaying = contraction < 1.0
         if not can_drift(self.evolution.problem):  # otherwise what does not decay is merely too slow to tell
             of_nodes = self.compiled.weight[affine.stuck[affine.moves[:k]]]
             decaying = decaying and bool(np.all(of_nodes * np.abs(drift) <= self.compiled.check.near))
             drift = np.zeros_like(drift)
-        affine.limit[:k], affine.drift[:k] = end.change, drift
-        tell(self.compiled, LIMIT_WANTED, float(decaying), end.contraction)
+        affine.limit[:k], affine.drift[:k] = change, drift
+        tell(self.compiled, LIMIT_WANTED, float(decaying), contraction)
 
     def _give_up(self) -> None:
         """Give up a state whose moving nodes are held by nothing."""

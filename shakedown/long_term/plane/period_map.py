@@ -4,23 +4,23 @@ v ↦ v + d + J (v − v_start) for the slips v of the nodes alone that are stuc
 the period. The others keep their slips exactly, so that the map leaves the space of
 these nodes as it is: there lie all its powers of the increment, and their limit.
 
-That is (I − J)⁻¹ d by elimination where no eigenvalue of J is near 1, which the size of the inverse shows.
+That is (I − J)⁻¹ d where no eigenvalue of J is near 1, which the size of the inverse shows.
 Where one is, what drifts must be split off (:func:`limit`): that is left to the caller.
 """
 
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.linalg import schur, solve_sylvester
 
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
-from shakedown.ground.named_state import Integers, NamedState, Reals, inner, summing
+from shakedown.ground.named_state import Integers, NamedState, Reals, entered, inner, summing
 from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.plane.active_set import ActiveSet, larger
 from shakedown.motion.plane.moving_state import PlaneMotion
 
 LARGEST_INVERSE = 1e5  # norm of (I − J)⁻¹ up to which no eigenvalue of J is near 1 and round-off is small
-DIED_OUT, GROWN = np.log(1e-13), np.log(1e6)  # of ‖Jᵏ d‖ / ‖d‖, logarithms
+DIED_OUT, GROWN = 1e-13, 1e6  # of ‖Jᵏ d‖ / ‖d‖, between which it stands out of round-off
 
 
 class PeriodMap(NamedState):
@@ -46,12 +46,12 @@ class PeriodMap(NamedState):
         d, or Σ_{i < leap} Jⁱ d [length].
     limit, drift : (k,)
         Σ Jⁱ d without what drifts; what the slips gain per period for ever [length].
-    image, work, inverse
-        Scratch (n,), (n, n), (n, n).
+    image, work
+        Scratch (n,), (n, n).
     n, t, k
         Numbers of nodes.
     contraction, decaying
-        As in :class:`Limit`.
+        Factor by which the increment shrinks per period in the end, and whether it dies out.
     """
 
     start: Reals
@@ -67,7 +67,6 @@ class PeriodMap(NamedState):
     drift: Reals
     image: Reals
     work: Reals
-    inverse: Reals
     n: int
     t: int
     k: int
@@ -79,7 +78,7 @@ def period_map(n: int) -> PeriodMap:
     """Arrays for the map of n nodes."""
     shapes = {"start": 2 * n, "basis": (2 * n, n), "tangent": (2 * n, n)}
     shapes |= dict.fromkeys(("contact", "stuck", "moves", "delay", "change", "limit", "drift", "image"), n)
-    new = PeriodMap(shapes | dict.fromkeys(("power", "work", "inverse"), (n, n)))
+    new = PeriodMap(shapes | dict.fromkeys(("power", "work"), (n, n)))
     new.set(n=n, decaying=True)
     return new
 
@@ -172,100 +171,72 @@ def along_basis(pm: PeriodMap, change: FloatArray, j: int) -> float:
 
 
 @inner
+def inverse_or_nan(matrix: FloatArray) -> Any:
+    """The inverse of a matrix; NaN where it is singular."""
+    try:
+        return np.linalg.inv(matrix)
+    except Exception:  # compiled code knows no other
+        return np.full_like(matrix, np.nan).T  # by columns, as inverses are
+
+
+@inner
 def find_limit(pm: PeriodMap) -> bool:
     """Limit of the powers; False where an eigenvalue may be near 1."""
-    k, J, d, limit, rest = pm.k, pm.power, pm.change, pm.limit, pm.image
+    k, J, d, limit = pm.k, pm.power, pm.change, pm.limit
+    difference, rest = np.empty((k, k)), np.empty(k)
     for a in range(k):
-        pm.drift[a] = 0.0
-        limit[a] = 0.0
-        rest[a] = d[a]
-    if not invert_difference(pm):
+        limit[a], pm.drift[a], rest[a] = 0.0, 0.0, d[a]
+        for b in range(k):
+            difference[a, b] = (1.0 if a == b else 0.0) - J[a * k + b]
+    inverse = inverse_or_nan(difference)
+    if not np.linalg.norm(inverse) <= LARGEST_INVERSE:
         return False
     for _ in range(2):  # the second pass corrects round-off
         for a in range(k):
             for b in range(k):
-                limit[a] += pm.inverse[a * k + b] * rest[b]
+                limit[a] += inverse[a, b] * rest[b]
         for a in range(k):
-            rest[a] = d[a] - limit[a]
+            rest[a] = d[a]
             for b in range(k):
-                rest[a] += J[a * k + b] * limit[b]
-    pm.contraction = asymptotic_factor(pm)
+                rest[a] -= difference[a, b] * limit[b]
+    pm.contraction = shrinking_factor(J, d, k)
     pm.decaying = pm.contraction < 1.0
     return True
 
 
-@inner
-def invert_difference(pm: PeriodMap) -> bool:
-    """(I − J)⁻¹ by elimination; False where it is larger than ``LARGEST_INVERSE``."""
-    k, matrix, inverse = pm.k, pm.work, pm.inverse
+@entered
+def shrinking_factor(matrix, vector, k):  # type: ignore[no-untyped-def]
+    """lim ‖Mʲ⁺¹ x‖ / ‖Mʲ x‖, as accurately as round-off allows, by repeated squaring of M, (k · k,)."""
+    power, square, x, image = np.empty(k * k), np.empty(k * k), np.empty(k), np.empty(k)
     for a in range(k):
-        for b in range(k):
-            inverse[a * k + b] = 1.0 if a == b else 0.0
-            matrix[a * k + b] = inverse[a * k + b] - pm.power[a * k + b]
-    for c in range(k):
-        best = c
-        for a in range(c + 1, k):
-            if abs(matrix[a * k + c]) > abs(matrix[best * k + c]):
-                best = a
-        pivot = matrix[best * k + c]
-        if pivot == 0.0:
-            return False
-        for b in range(k):
-            matrix[best * k + b], matrix[c * k + b] = matrix[c * k + b], matrix[best * k + b] / pivot
-            inverse[best * k + b], inverse[c * k + b] = inverse[c * k + b], inverse[best * k + b] / pivot
-        for a in range(k):
-            x = matrix[a * k + c]
-            if a != c and x != 0.0:
-                for b in range(k):
-                    matrix[a * k + b] -= x * matrix[c * k + b]
-                    inverse[a * k + b] -= x * inverse[c * k + b]
-    for a in range(k):
-        total = 0.0
-        for b in range(k):
-            total += abs(inverse[a * k + b])
-        if not total <= LARGEST_INVERSE:
-            return False
-    return True
-
-
-@inner
-def asymptotic_factor(pm: PeriodMap) -> float:
-    """lim ‖Jⁱ⁺¹ d‖ / ‖Jⁱ d‖, as accurately as round-off allows, by repeated squaring of J."""
-    k, matrix, vector, image = pm.k, pm.work, pm.image, pm.delay
+        x[a] = vector[a]
     for a in range(k * k):
-        matrix[a] = pm.power[a]
-    for a in range(k):
-        vector[a] = pm.change[a]
-    size = norm(vector, k)
-    factor, steps, log = 0.0, 1.0, 0.0
-    for _ in range(40):
-        if size == 0.0:
-            return factor
-        for a in range(k):
-            vector[a] /= size
-        multiply(matrix, vector, image, k)
-        size = norm(image, k)
-        log += np.log(size) if size > 0.0 else -np.inf
-        if log < DIED_OUT:
-            return factor
-        factor = size ** (1.0 / steps)
-        if log > GROWN:
-            return factor
-        for a in range(k):
-            vector[a] = image[a]
-        square(matrix, pm.inverse, k)
-        steps *= 2.0
+        power[a] = matrix[a]
+    first = size = norm(x, k)
+    factor, steps = 0.0, 1
+    for _ in range(40):  # x = Mʲ · vector with j = steps − 1
+        multiply(power, x, image, k, 1)
+        before, size = size, norm(image, k)
+        if not size > DIED_OUT * first:
+            break
+        factor = (size / before) ** (1.0 / steps)
+        if size > GROWN * first:
+            break
+        multiply(power, power, square, k, k)
+        power, square, x, image, steps = square, power, image, x, 2 * steps
     return factor
 
 
 @inner
 def double_leap(pm: PeriodMap) -> None:
     """Double the leap: Σ_{i < leap} Jⁱ d and J^leap become those of twice its length."""
-    k, image = pm.k, pm.image
-    multiply(pm.power, pm.change, image, k)
+    k, power, change = pm.k, pm.power, pm.change
+    multiply(power, change, pm.image, k, 1)
     for a in range(k):
-        pm.change[a] += image[a]
-    square(pm.power, pm.work, k)
+        change[a] += pm.image[a]
+    multiply(power, power, pm.work, k, k)
+    for a in range(k * k):
+        power[a] = pm.work[a]
 
 
 @inner
@@ -278,58 +249,32 @@ def norm(vector: FloatArray, k: int) -> float:
 
 
 @summing
-def multiply(matrix: FloatArray, vector: FloatArray, image: FloatArray, k: int) -> None:
-    """image = matrix · vector."""
+def multiply(matrix: FloatArray, other: FloatArray, image: FloatArray, k: int, columns: int) -> None:
+    """image = matrix · other, of (k, k) and (k, columns)."""
     for a in range(k):
-        total = 0.0
-        for b in range(k):
-            total += matrix[a * k + b] * vector[b]
-        image[a] = total
+        for c in range(columns):
+            total = 0.0
+            for b in range(k):
+                total += matrix[a * k + b] * other[b * columns + c]
+            image[a * columns + c] = total
 
 
-@inner
-def square(matrix: FloatArray, work: FloatArray, k: int) -> None:
-    """matrix · matrix in its place."""
-    for a in range(k * k):
-        work[a] = matrix[a]
-        matrix[a] = 0.0
-    for a in range(k):
-        for b in range(k):
-            x = work[a * k + b]
-            if x != 0.0:
-                for c in range(k):
-                    matrix[a * k + c] += x * work[b * k + c]
-
-
-class Limit(NamedTuple):
-    """Limit of the iterated map of a period.
-
-    Attributes
-    ----------
-    change : (t,)
-        Slip from the start state to the limit, drift left out [length].
-    drift : (t,)
-        What the slips gain per period for ever [length].
-    decaying
-        Whether what remains dies out.
-    contraction
-        Factor by which it shrinks per period in the end; 0 where it ends after finitely many.
-    """
-
-    change: FloatArray
-    drift: FloatArray
-    decaying: bool
-    contraction: float
-
-
-def limit(J: FloatArray, d: FloatArray) -> Limit:
+def limit(J: FloatArray, d: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     """Sum of the geometric series Σ Jᵏ d, split into what decays and what drifts.
 
     The invariant subspace of the eigenvalue 1 (nodes that never move; drifts) is
     separated by an ordered Schur form, which stays accurate where J is defective.
+
+    Returns
+    -------
+    change : (t,)
+        Slip from the start state to the limit, drift left out [length].
+    drift : (t,)
+        What the slips gain per period for ever [length].
+    contraction
+        Factor by which what remains shrinks per period in the end; 0 where it ends after finitely many. From
+        1 on it does not die out.
     """
-    if not len(d):
-        return Limit(d, d, True, 0.0)
     T, Q, k = schur(J, output="real", sort=lambda re, im=0.0: (re - 1.0) ** 2 + im**2 <= NEGLIGIBLE**2)
     rest = T[k:, k:]
     Z = np.zeros((k, len(d) - k))
@@ -338,25 +283,6 @@ def limit(J: FloatArray, d: FloatArray) -> Limit:
     c = Q.T @ d
     unit, other = c[:k] - Z @ c[k:], c[k:]
     total = np.linalg.solve(np.eye(len(other)) - rest, other)
-    contraction = shrinking_factor(rest, other)
     change = Q[:, :k] @ (Z @ total) + Q[:, k:] @ total
-    return Limit(change, Q[:, :k] @ unit, contraction < 1.0, contraction)
-
-
-def shrinking_factor(matrix: FloatArray, vector: FloatArray) -> float:
-    """lim ‖Mᵏ⁺¹ x‖ / ‖Mᵏ x‖, as accurately as round-off allows, by repeated squaring of M."""
-    size = float(np.linalg.norm(vector))
-    if size == 0.0:
-        return 0.0
-    vector, factor, steps, log = vector / size, 0.0, 1, 0.0
-    for _ in range(40):  # vector = Mᵏ x / ‖Mᵏ x‖ with k = steps − 1; log = log ‖Mᵏ x‖
-        image = matrix @ vector
-        norm = float(np.linalg.norm(image))
-        log += np.log(norm) if norm > 0 else -np.inf
-        if log < DIED_OUT:
-            return factor
-        factor = norm ** (1.0 / steps)
-        if log > GROWN:
-            return factor
-        vector, matrix, steps = image / norm, matrix @ matrix, 2 * steps
-    return factor
+    contraction = shrinking_factor(np.ascontiguousarray(rest).ravel(), other, len(other))
+    return np.asarray(change), np.asarray(Q[:, :k] @ unit), contraction
