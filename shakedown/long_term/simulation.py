@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from math import inf, nan
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -235,10 +235,15 @@ def simulate(
 
 
 def _from_event_to_event(settled: LongTermState, record: bool) -> Simulation:
+    """The way there recorded, if wanted; the state is undecided where that breaks the friction law."""
     if not record:
         return Simulation(settled=settled, method="event")
-    path = walk(settled.begun.motion(), _cycles_there(settled), record=True)
-    return Simulation(settled=_judged(settled, path), method="event", followed=path)
+    begun = settled.begun
+    path = walk(begun.motion(), _cycles_there(settled), record=True)
+    if path.history is not None and settled.outcome != Outcome.UNDECIDED:
+        met = path_violation(begun.problem, begun.load_factor, begun.tolerances, path.history)
+        settled = settled.checked(met, law_resolution(begun.problem, begun.tolerances), "on the way there")
+    return Simulation(settled=settled, method="event", followed=path)
 
 
 def _cycles_there(settled: LongTermState) -> int:
@@ -246,17 +251,7 @@ def _cycles_there(settled: LongTermState) -> int:
     return min(settled.cycles_simulated + (settled.stop is not None), settled.most_cycles)
 
 
-def _judged(state: LongTermState, path: Walk) -> LongTermState:
-    """A long-term state, undecided where the path recorded on the way there breaks the friction law."""
-    if path.history is None or state.outcome == Outcome.UNDECIDED:
-        return state
-    begun = state.begun
-    met = path_violation(begun.problem, begun.load_factor, begun.tolerances, path.history)
-    return state.checked(met, law_resolution(begun.problem, begun.tolerances), "on the way there")
-
-
-@dataclass(frozen=True)
-class Verdict:
+class Verdict(NamedTuple):
     """An outcome with its period in cycles and the drift of the slip per period, (n,) [length]."""
 
     outcome: Outcome
@@ -280,59 +275,39 @@ def recorded_verdict(cycles: Sequence[CycleRecord], threshold: FloatArray) -> Ve
             reason = f"no frictional slip, but opening and closing every cycle: {nodes_in_words(breathing)}"
             return Verdict(Outcome.SEPARATION, 1, still, reason)
         return Verdict(Outcome.SHAKEDOWN, 1, still, "no frictional slip in the last two cycles")
-    for period in range(1, REMEMBERED + 1):
-        verdict = _periodic(cycles, period, threshold)
-        if verdict is not None:
-            return verdict
-    return None
-
-
-def _periodic(cycles: Sequence[CycleRecord], period: int, threshold: FloatArray) -> Verdict | None:
-    """Cyclic slip or ratchetting of the given period, seen over two periods."""
-    if len(cycles) < 2 * period + 1:
-        return None
-    steps = [cycles[-1 - k].end_slip - cycles[-1 - k - period].end_slip for k in range(period + 1)]
-    slip = np.sum([cycle.slip for cycle in cycles[-period:]], axis=0)
-    # In a slow approach to shakedown the increments are as large as the slip; a limit cycle has none.
-    if np.all(slip <= 1e3 * threshold):
-        return None
-    none = np.repeat(threshold, len(steps[0]) // len(threshold))
-    if np.all(np.abs(steps) <= none):
-        reason = f"slip per {cycles_in_words(period)} constant"
-        return Verdict(Outcome.CYCLIC_SLIP, period, np.zeros_like(steps[0]), reason)
-    steady = np.all(np.abs(np.subtract(steps, steps[0])) <= none)
-    if steady and np.any(np.abs(steps[0]) > 1e3 * none):
-        reason = f"drift per {cycles_in_words(period)} constant"
-        return Verdict(Outcome.RATCHETTING, period, steps[0], reason)
+    none = np.repeat(threshold, len(still) // len(threshold))
+    for period in range(1, min(REMEMBERED, (len(cycles) - 1) // 2) + 1):
+        slip = np.sum([cycle.slip for cycle in cycles[-period:]], axis=0)
+        # In a slow approach to shakedown the increments are as large as the slip; a limit cycle has none.
+        if np.all(slip <= 1e3 * threshold):
+            continue
+        every, ends = cycles_in_words(period), [cycle.end_slip for cycle in cycles[-2 * period - 1 :]]
+        steps = np.subtract(ends[period:], ends[: period + 1])
+        if np.all(np.abs(steps) <= none):
+            return Verdict(Outcome.CYCLIC_SLIP, period, still, f"slip per {every} constant")
+        steady = np.all(np.abs(steps - steps[-1]) <= none)
+        if steady and np.any(np.abs(steps[-1]) > 1e3 * none):
+            return Verdict(Outcome.RATCHETTING, period, steps[-1], f"drift per {every} constant")
     return None
 
 
 def _at_fixed_steps(motion: FixedSteps, cycles: int, method: str, record: bool) -> Simulation:
     """Cycle until the last cycles show the settled state, or the allowed cycles are spent."""
-    problem, scale, t, records = motion.problem, motion.scale, motion.tolerances, list[CycleRecord]()
-    moving = swing(problem, motion.load)
-    threshold = alone(problem, max(t.steadiness * moving, DISTINCT * t.convergence * scale.force))[
-        : problem.n
-    ]
-    start = motion.state.u[problem.layout.slips]
-    verdict = None
+    problem, t, followed = motion.problem, motion.tolerances, list[CycleRecord]()
+    moving, force = swing(problem, motion.load), motion.scale.force
+    threshold = alone(problem, max(t.steadiness * moving, DISTINCT * t.convergence * force))[: problem.n]
+    start, verdict = motion.state.u[problem.layout.slips], None
     for cycle in cycles_of(motion, cycles, record=record):
-        records.append(cycle)
-        if (verdict := recorded_verdict(records, threshold)) is not None:
+        followed.append(cycle)
+        if (verdict := recorded_verdict(followed, threshold)) is not None:
             break
     if verdict is None:
-        none = f"no steady state within {count(cycles, 'cycle')}"
-        reason = motion.stop.reason if motion.stop else none
+        reason = motion.stop.reason if motion.stop else f"no steady state within {count(cycles, 'cycle')}"
         verdict = Verdict(Outcome.UNDECIDED, 0, np.full(len(start), np.nan), reason)
-    path = Walk(start, tuple(records), motion.history if record else None)
-    return Simulation(settled=_stepped_state(motion, verdict, path), method=method, followed=path)
-
-
-def _stepped_state(motion: FixedSteps, verdict: Verdict, log: Walk) -> SteppedState:
-    problem, (path, slip) = motion.problem, motion.last(verdict.period)
-    records = log.records[-verdict.period :] if verdict.period else ()
-    work = np.sum([each.work for each in records], axis=0) / verdict.period if records else np.nan
-    return SteppedState(
+    period, (path, slip) = verdict.period, motion.last(verdict.period)
+    records = followed[-period:] if period else []
+    work = np.sum([each.work for each in records], axis=0) / period if period else np.nan
+    settled = SteppedState(
         problem=problem,
         load_factor=float(motion.load_factor),
         initial_slip=motion.start,
@@ -340,13 +315,15 @@ def _stepped_state(motion: FixedSteps, verdict: Verdict, log: Walk) -> SteppedSt
         reason=verdict.reason,
         final_slip=motion.state.u[problem.layout.slips],
         drift=verdict.drift,
-        cycles_simulated=len(log.records) + (motion.stop is not None),
+        cycles_simulated=len(followed) + (motion.stop is not None),
         residual=motion.residual,
         work_per_cycle=np.broadcast_to(work, problem.n).copy(),
         history=path,
         step_slip=slip,
         **of_period(records, problem.n) | {"jumps_per_cycle": np.nan},
     )
+    walked = Walk(start, tuple(followed), motion.history if record else None)
+    return Simulation(settled=settled, method=method, followed=walked)
 
 
 @checked
