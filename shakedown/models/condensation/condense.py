@@ -355,7 +355,7 @@ def condensed_stiffness(
         opposite; slips, gaps and forces at the nodes between them are then weighted ones (docs/mortar.md).
     places
         Node → (x, y, z) [length]: for the message about an interior that can move, and the pieces into
-        which a large solid is cut (without them distances in the graph of its matrix say where nodes are).
+        which a large solid is cut (without them it is factorised as a whole, which takes longer).
     rigid : (N, k), optional
         Motions that meet no resistance. What the digits of a printed matrix leave of one is taken out of κ.
     announce

@@ -17,7 +17,6 @@ from scipy import sparse
 from scipy.linalg import LinAlgError
 from scipy.linalg.blas import dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf
-from scipy.sparse.csgraph import dijkstra
 from scipy.sparse.linalg import ArpackError, SuperLU, splu
 
 from shakedown.ground.constants import FloatArray, IntArray, memory
@@ -30,7 +29,6 @@ from shakedown.models.condensation.stiffness_checks import Places, loose_motion
 
 BYTES = np.dtype(float).itemsize
 LEAF = 60  # nodes eliminated together without further dissection
-LANDMARKS = 8  # nodes whose distances from all others replace unknown positions
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +47,7 @@ class DissectionPiece:
     children: tuple[int, ...]
 
 
-def dissection(graph: sparse.csr_array, places: FloatArray | None = None) -> list[DissectionPiece]:
+def dissection(graph: sparse.csr_array, where: FloatArray) -> list[DissectionPiece]:
     """Cut a graph in two again and again; every cut comes after both of its sides.
 
     Each part is cut across its longest side through the middle of its nodes. The cut is
@@ -59,8 +57,8 @@ def dissection(graph: sparse.csr_array, places: FloatArray | None = None) -> lis
     ----------
     graph : (k, k)
         Which nodes are coupled; symmetric pattern.
-    places : (k, 3), optional
-        Positions of the nodes [length]; by default distances in the graph replace them.
+    where : (k, 3)
+        Positions of the nodes [length].
 
     Examples
     --------
@@ -70,7 +68,6 @@ def dissection(graph: sparse.csr_array, places: FloatArray | None = None) -> lis
     ([48, 50, 1, 49, 50, 1, 1], array([99]))
     """
     found: list[DissectionPiece] = []
-    where = _by_distances(graph) if places is None else places
     mark = np.zeros(graph.shape[0], dtype=np.int8)
 
     def cut(nodes: IntArray) -> tuple[int, ...]:
@@ -102,21 +99,6 @@ def dissection(graph: sparse.csr_array, places: FloatArray | None = None) -> lis
 
     cut(np.arange(graph.shape[0]))
     return found
-
-
-def _by_distances(graph: sparse.csr_array) -> FloatArray:
-    """Positions made of distances in the graph: their three main components, (k, 3)."""
-    farthest, rows = 0, []
-    nearest = np.full(graph.shape[0], np.inf)
-    for _ in range(min(LANDMARKS, graph.shape[0])):
-        away = dijkstra(abs(graph), unweighted=True, indices=farthest)
-        away[np.isinf(away)] = graph.shape[0]  # another part: far away
-        rows.append(away)
-        nearest = np.minimum(nearest, away)
-        farthest = int(np.argmax(nearest))
-    away = np.array(rows).T
-    away -= away.mean(axis=0)
-    return np.asarray(away @ np.linalg.eigh(away.T @ away)[1][:, -3:])
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,13 +157,10 @@ class FrontElimination:
         factors = waiting = most = 0.0
         for front in self.fronts:
             own, beyond = float(front.own), float(len(front.beyond))
-            most = max(most, factors + waiting + own * own + own * beyond + 2 * beyond * beyond)
-            waiting -= sum(float(len(self.fronts[child].beyond)) ** 2 for child in front.children)
-            waiting += beyond * beyond
             factors += own * own + own * beyond
-            most = max(most, factors + waiting)
-        kept = float(len(self.order) - self.count)
-        return BYTES * (max(most, factors + waiting + kept * kept) + kept * kept)
+            most = max(most, factors + waiting + 2 * beyond * beyond)
+            waiting += beyond * beyond - sum(len(self.fronts[child].beyond) ** 2 for child in front.children)
+        return BYTES * (most + 2 * float(len(self.order) - self.count) ** 2)
 
 
 @dataclass(eq=False)
@@ -505,12 +484,17 @@ def _by_fronts(
     places: Places | None,
     announce: Callable[[str], None] | None,
 ) -> FrontFactors | None:
-    """Factors of the interior, the first rows of Tᵀ K T; None where it is not clearly positive definite."""
+    """Factors of the interior, the first rows of Tᵀ K T.
+
+    None where it is not clearly positive definite, or most places are not known.
+    """
     K, count = sparse.csr_array(T.T @ matrix @ T), len(dofs)
     nodes, index = np.unique(dofs[:, 0], return_inverse=True)
+    if (known := _known(nodes, places)) is None:
+        return None
     of_node = sparse.csr_array((np.ones(count), (index, np.arange(count))))
     graph = sparse.csr_array(of_node @ abs(K[:count, :count]) @ of_node.T)
-    pieces = dissection(graph, _known(nodes, places))
+    pieces = dissection(graph, known)
     unknowns = np.split(np.argsort(index, kind="stable"), np.cumsum(np.bincount(index))[:-1])
     plan = elimination(K, pieces, unknowns)
     announced(plan, announce)

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError, UsageError
 from shakedown.ground.shown_values import LONGEST_NAME, shortened, visible
 from shakedown.joint.arguments import real_array
+from shakedown.joint.constraints import LARGEST_FORCE
 from shakedown.joint.result import Result
 
 # An array; as it is given, also what NumPy can turn into one, or None.
@@ -91,7 +91,7 @@ class LoadCase(Result):
     def __post_init__(self) -> None:
         check_fields(self, ProblemError, only=("mean", "value", "unit", "frequency", "name"))
         for key in ("mean", "value", "frequency"):
-            if (given := getattr(self, key)) is not None and not isfinite(given):
+            if (given := getattr(self, key)) is not None and not abs(given) < LARGEST_FORCE:
                 raise ProblemError(f"{self.name}: {key}: expected a finite number, found {given}")
         if self.value == 0:
             raise ProblemError(f"{self.name}: value: expected what factor 1 stands for, not 0, found 0")
@@ -279,6 +279,8 @@ def _real(label: str, value: Any, dimensions: tuple[int, ...]) -> FloatArray:
         array = real_array(label, value)
     except UsageError as error:
         raise ProblemError(str(error)) from None
+    if not (largest := np.abs(array).max(initial=0.0)) < LARGEST_FORCE:
+        raise ProblemError(f"{label}: expected numbers below {LARGEST_FORCE:g}, found {largest:g}")
     if array.ndim not in dimensions:
         raise ProblemError(f"{label}: expected {dimensions[-1]} axis/axes, found shape {array.shape}")
     return array

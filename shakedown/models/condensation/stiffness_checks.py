@@ -69,7 +69,7 @@ def motions_in_words(modes: FloatArray, dofs: NDArray[np.intp], places: Places |
     """The motions of one part, (N, k), in words: along axes, turning about them, other ways."""
     left, singular, _ = np.linalg.svd(modes, full_matrices=False)
     free = left[:, singular > _SAME * singular[0]]
-    rigid = _rigid(dofs, places)
+    rigid = rigid_motions(dofs, places, (1, 2, 3))
     size = np.linalg.norm(rigid, axis=0)
     outside = rigid - free @ (free.T @ rigid)
     # a rotation about some point: one about the middle, and what moves the middle
@@ -87,37 +87,29 @@ def motions_in_words(modes: FloatArray, dofs: NDArray[np.intp], places: Places |
     return words
 
 
-def _rigid(dofs: NDArray[np.intp], places: Places | None) -> FloatArray:
-    """Motions along x, y, z, and where places are known turns about them, (N, 3 or 6)."""
-    known = places is not None and set(dofs[:, 0].tolist()) <= set(places)
-    xyz = np.zeros((len(dofs), 3))
-    if places is not None and known:
-        xyz = np.array([places[node] for node in dofs[:, 0].tolist()], dtype=float)
-        xyz = xyz - xyz.mean(axis=0)
-    size = float(np.abs(xyz).max())
-    found = rigid_motions(dofs, xyz, (1, 2, 3))
-    return found / np.repeat([1.0, size], 3) if size > 0 else found[:, :3]
+def rigid_motions(dofs: NDArray[np.intp], places: Places | None, axes: Sequence[int]) -> FloatArray:
+    """Rigid motions of nodes, one row per row: along the axes, then turned within them, (N, k).
 
-
-def rigid_motions(dofs: NDArray[np.intp], xyz: FloatArray, axes: Sequence[int]) -> FloatArray:
-    """Rigid motions of nodes at (N, 3), one per row: along the axes, then turned within them, (N, k).
-
-    Turning is by one radian per length; rows of rotations (directions 4, 5, 6) turn along, internal nodes
-    (labels below 0) stay.
+    Displacements are 1 at most. Rows of rotations (directions 4, 5, 6) turn along, internal nodes (labels
+    below 0) stay. There are no turns where the place of a node is not known, or all are at one place.
 
     Examples
     --------
-    >>> rigid_motions(np.array([(7, 1), (7, 2)]), np.array([[3.0, 4.0, 0.0]] * 2), (1, 2)).tolist()
-    [[1.0, 0.0, -4.0], [0.0, 1.0, 3.0]]
+    >>> rigid_motions(np.array([(7, 1), (7, 2), (8, 2)]), {7: (3, 0, 0), 8: (9, 0, 0)}, (1, 2)).tolist()
+    [[1.0, 0.0, 0.0], [0.0, 1.0, -0.5], [0.0, 1.0, 1.0]]
     """
-    direction = np.where(dofs[:, 0] >= 0, dofs[:, 1], 0)  # internal nodes stay as they are
+    direction = np.where(dofs[:, 0] >= 0, dofs[:, 1], 0)
+    moving, turning = np.isin(direction, axes), np.flatnonzero((direction > 3) & (direction <= 6))
+    labels, xyz = dofs[moving, 0].tolist(), np.zeros((np.count_nonzero(moving), 3))
+    if places is not None and labels and places.keys() >= set(labels):
+        xyz = np.array([places[node] for node in labels], dtype=float)
+        xyz -= xyz.mean(axis=0)
+    size = float(np.abs(xyz).max(initial=0.0))
     about = {3: [3, 4, 5], 2: [2 + axis for axis in {1, 2, 3}.difference(axes)]}.get(len(axes), [])
     found = np.zeros((len(dofs), 6))
-    moving = np.isin(direction, axes)
-    found[moving] = rigid_rows(xyz[moving])[np.arange(moving.sum()), direction[moving] - 1]
-    turning = np.flatnonzero((direction > 3) & (direction <= 6))
-    found[turning, direction[turning] - 1] = 1.0
-    return found[:, [*(axis - 1 for axis in axes), *about]]
+    found[moving] = rigid_rows(xyz / (size or 1.0))[np.arange(len(labels)), direction[moving] - 1]
+    found[turning, direction[turning] - 1] = 1.0 / (size or 1.0)
+    return found[:, [*(axis - 1 for axis in axes), *(about if size else [])]]
 
 
 def _nodes(labels: list[int]) -> str:
@@ -146,14 +138,8 @@ def checked_matrix(K: Any, dofs: NDArray[np.intp]) -> tuple[sparse.csr_array, ND
     if matrix.dtype.kind not in "fiu":
         raise ProblemError(f"K: expected real numbers, found dtype {matrix.dtype}")
     matrix = matrix.astype(np.float64)
-    if not np.isfinite(matrix.data).all():
-        entries = matrix.tocoo()
-        k = int(np.argmin(np.isfinite(entries.data)))
-        (node, direction), (other, along) = dofs[entries.coords[0][k]], dofs[entries.coords[1][k]]
-        raise ProblemError(
-            f"K: expected finite numbers, found {entries.data[k]} at row ({node}, {direction}), column "
-            f"({other}, {along})"
-        )
+    if (wrong := ~np.isfinite(matrix.data)).any():
+        raise ProblemError(f"K: expected finite numbers, found {matrix.data[wrong][0]}")
     constrained = matrix.diagonal() >= DEFAULT.constrained_diagonal
     matrix = (matrix - sparse.diags_array(np.where(constrained, matrix.diagonal(), 0.0))).tocsr()
     matrix.eliminate_zeros()
@@ -209,17 +195,13 @@ def check_condensed(K: sparse.csr_array, nodes: NDArray[np.intp]) -> None:
     count, body = connected_components(coupled, directed=False)
     size = np.bincount(body)
     absent = int((size**2).sum()) - coupled.nnz
-    advice = (
-        "it looks like a sub-block of the full matrix (CalculiX 2.20 writes that for *SUBSTRUCTURE "
-        "GENERATE). Give the full matrix, or the reactions to unit displacements"
-    )
-    if absent:
+    if absent or count == n > 1:
         raise ProblemError(
             f"K: expected a condensed matrix, found {absent} of {(size**2).sum()} node pairs of one body "
-            f"without coupling; {advice}"
+            "without coupling, or none with any; it looks like a sub-block of the full matrix (CalculiX 2.20 "
+            "writes that for *SUBSTRUCTURE GENERATE). Give the full matrix, or the reactions to unit "
+            "displacements"
         )
-    if n > 1 and count == n:
-        raise ProblemError(f"K: expected a condensed matrix, found {n} nodes without any coupling; {advice}")
 
 
 def coupled_nodes(K: sparse.csr_array, nodes: NDArray[np.intp]) -> tuple[sparse.csr_array, NDArray[np.intp]]:

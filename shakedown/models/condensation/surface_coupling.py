@@ -234,17 +234,11 @@ def _nothing(slave: ContactSurface, master: ContactSurface, reach: float) -> str
     """The reason why no facets overlap."""
     every = np.ptp(np.vstack([slave.places, master.places]), axis=0)
     one, other = facet_pairs(slave, master, 10 * reach + float(np.linalg.norm(every)))
-    if not one.size:
-        return (
-            "surfaces: expected surfaces that look at each other, found normals that are not opposed (the "
-            "same side twice, or the wrong one)"
-        )
-    apart = np.abs(((slave.middles[one] - master.middles[other]) * slave.normals[one]).sum(axis=1)).min()
-    where = f"are at least {apart:.3g} apart" if apart > reach else "lie beside each other"
-    return (
-        f"surfaces: expected facets that lie on each other within 'reach' = {reach:.3g}, found none; "
-        f"they {where}"
-    )
+    found = "normals that are not opposed (the same side twice, or the wrong one)"
+    if one.size:
+        apart = np.abs(((slave.middles[one] - master.middles[other]) * slave.normals[one]).sum(axis=1)).min()
+        found = f"them beside each other, or at least {apart:.3g} apart"
+    return f"surfaces: expected facets that lie on each other within 'reach' = {reach:.3g}, found {found}"
 
 
 def _warnings(made: SurfaceCoupling, accepted: float | None, weak: IntArray, finer: bool) -> Iterator[str]:

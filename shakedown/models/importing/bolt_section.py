@@ -162,32 +162,23 @@ def _way(bolt: BoltSection) -> str:
 
 def _row(section: int, where: str, context: ImportContext) -> NDArray[np.intp]:
     """The row of a section's node: by how much the section is shortened."""
-    mesh = context.mesh
-    if section not in mesh.sections:
-        raise unfit(f"{where}: key 'section'", "the node of a *PRE-TENSION SECTION of the deck", section)
     rows = np.flatnonzero((context.stiffness.dofs == (-section, 1)).all(axis=1))
-    if not rows.size:
-        raise ProblemError(
-            f"{where}: key 'section': expected node {section} free in the run that wrote the matrix, "
-            "found no row of it (held by *BOUNDARY?)"
-        )
+    if section not in context.mesh.sections or not rows.size:
+        expected = "the node of a *PRE-TENSION SECTION of the deck, with a row in the matrix (not held)"
+        raise unfit(f"{where}: key 'section'", expected, section)
     return rows
 
 
 def _stiffness(table: TomlTable) -> float:
     """Axial stiffness of the shank, as it is given or E A / l [force/length]."""
-    given = {key: table.number(key) for key in ("stiffness", *ELASTIC)}
-    there = [key for key, value in given.items() if value is not None]
-    for key in there:
-        if not (given[key] or 0.0) >= (0.0 if key == "stiffness" else np.finfo(float).tiny):
-            raise table.wrong(key, "a number > 0", f"{given[key]:g}")
-    if there not in (["stiffness"], list(ELASTIC)):
-        raise table.unfit(
-            "'stiffness' of the shank, or 'area', 'length' and 'young'",
-            ", ".join(map(quoted, there)) or "none",
-        )
-    stiffness, area, length, young = (given[key] or 0.0 for key in ("stiffness", *ELASTIC))
-    return stiffness if there == ["stiffness"] else young * area / length
+    given = {key: value for key in ("stiffness", *ELASTIC) if (value := table.number(key)) is not None}
+    if [*given] not in (["stiffness"], [*ELASTIC]):
+        found = ", ".join(map(quoted, given)) or "none"
+        raise table.unfit("'stiffness' of the shank, or 'area', 'length' and 'young'", found)
+    for key, value in given.items():
+        if value < 0 or (value == 0 and key != "stiffness"):
+            raise table.wrong(key, "a number > 0", f"{value:g}")
+    return given["stiffness"] if "stiffness" in given else given["young"] * given["area"] / given["length"]
 
 
 def _shortening(table: TomlTable, context: ImportContext) -> tuple[FloatArray, FloatArray]:
@@ -250,11 +241,8 @@ def _about(
     changed = share * (moments @ np.linalg.pinv(moments.T @ (share[:, None] * moments))[:, 0])
     left = np.abs(moments.T @ changed - [1.0, 0.0, 0.0, 0.0]).max()
     if not left <= SIX_DIGITS or changed.min() < -NEGLIGIBLE:
-        away = float(np.linalg.norm(share @ off))
-        raise ProblemError(
-            f"{table.where}: expected nodes of the nut around the axis of the head, or both ends make a "
-            f"couple; found their middle {few(away, 3)} beside it"
-        )
+        away = few(float(np.linalg.norm(share @ off)), 3)
+        raise table.unfit("nodes of the nut around the axis of the head", f"their middle {away} beside it")
     return np.asarray(changed)
 
 

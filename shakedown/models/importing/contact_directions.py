@@ -12,7 +12,6 @@ from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import unfit
 from shakedown.models.readers.toml_table import TomlTable
 
-_STEEP = np.sqrt(0.5)  # cosine from which on an axis counts as the normal, not as a tangent
 Axes = tuple[int, ...]  # two directions that span a plane, or all three
 
 
@@ -84,7 +83,7 @@ def contact_directions(
     return ContactDirections(
         axes=axes,
         normals=np.broadcast_to(along, (len(first), len(axes))).copy(),
-        tangent=_tangent(table, mesh, first, along) if axes == SPACE else None,
+        tangent=_tangent(table, len(first)) if axes == SPACE else None,
         assumed=said is None and axes == PLANE,
         surface=surface,
         normals_are_given=given is not None,
@@ -194,11 +193,8 @@ def _along(table: TomlTable, vectors: FloatArray, axes: Axes) -> FloatArray:
         raise table.wrong(
             key,
             f"2 numbers, along directions {axes[0]} and {axes[1]}, or 3 of which that in direction "
-            f"{across} is 0",
-            f"{wrong[0].tolist()}; of a solid model, 'axes' names the two directions of slip and "
-            "normal ([1, 3] for x and z), and the third one is held ([supports] fixed) or moves "
-            "without friction (free_out_of_plane); directions = 2 has friction in both tangential "
-            "directions",
+            f"{across} is 0 (of a solid model say 'axes', or directions = 2)",
+            wrong[0].tolist(),
         )
     return vectors[..., [axis - 1 for axis in axes]]
 
@@ -218,28 +214,13 @@ def _of_faces(
         return mesh.normals(first, axes, surface) if faces is None else mesh.normals_along(first, faces, axes)
 
 
-def _tangent(table: TomlTable, mesh: Mesh, first: NDArray[np.intp], normals: FloatArray) -> FloatArray | None:
-    """Where first tangents point to: as given, (3,) or (n, 3), or by a local system of the deck."""
-    if isinstance(table.content.get("tangent"), str) and not table.has("tangents"):
-        return _by_system(str(table.text("tangent")), table.where, mesh, first, normals)
+def _tangent(table: TomlTable, n: int) -> FloatArray | None:
+    """Where first tangents point to, (3,) or (n, 3); None where the configuration does not say it."""
     one = table.array("tangent", float, (3,), required=False)
     many = table.array("tangents", float, (None, 3), required=False)
     if one is not None and many is not None:
         raise table.unfit("one of the keys 'tangent' and 'tangents'", "both")
-    if many is not None and len(many) != len(first):
-        raise table.wrong("tangents", f"one for each of {len(first)} nodes", len(many))
+    if many is not None and len(many) != n:
+        raise table.wrong("tangents", f"one for each of {n} nodes", len(many))
     given = many if one is None else one
     return None if given is None else np.array(given, dtype=float)
-
-
-def _by_system(name: str, where: str, mesh: Mesh, first: NDArray[np.intp], normals: FloatArray) -> FloatArray:
-    """The first axis of a local system at every node, (n, 3); the second where the first is the normal."""
-    if not mesh.is_known:
-        raise ProblemError(
-            f"{where}: key 'tangent': expected [x, y, z], or [model] with a deck that has the *ORIENTATION "
-            f"'{name}', found no [model]"
-        )
-    with found_in(f"{where}: key 'tangent'"):
-        axes = mesh.system(name).axes_at(mesh.at(first))
-    across = np.abs((axes[:, 0] * normals).sum(axis=1)) / np.linalg.norm(normals, axis=-1)
-    return np.where((across > _STEEP)[:, None], axes[:, 1], axes[:, 0])

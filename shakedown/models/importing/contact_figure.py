@@ -62,8 +62,9 @@ def contact_picture(made: Import, ax: "Axes | None" = None) -> "Axes":
     plot.plot(*place.T[axes], "o", color="tab:red", markersize=3)
     behind = place[:, axes] - _ARROW * spacing * frame.normals
     for k in range(0, len(place), -(-len(place) // _MOST_NAMED)):
-        turned = 90.0 * (len(axes) == 2 and abs(frame.normals[k, 1]) > abs(frame.normals[k, 0]))
-        plot.text(*behind[k], contact.names[k], ha="center", va="center", fontsize=6, rotation=turned)
+        upright = len(axes) == 2 and abs(frame.normals[k, 1]) > abs(frame.normals[k, 0])
+        turned = {"rotation": 90.0} if upright else {}
+        plot.text(*behind[k], contact.names[k], ha="center", va="center", fontsize=6, **turned)
     ax.set_aspect("equal")
     ax.set(**dict(zip(("xlabel", "ylabel", "zlabel"), ("xyz"[a] for a in axes), strict=False)))
     ax.legend(loc="upper left", fontsize=7)

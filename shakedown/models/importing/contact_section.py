@@ -1,6 +1,5 @@
 """``[contact]``: nodes, pairs or surfaces, normals and tangents, positions, the initial gap."""
 
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -14,7 +13,7 @@ from shakedown.ground.errors import ProblemError, found_in
 from shakedown.joint.contact_surface import NEIGHBOURS
 from shakedown.joint.places import arc_lengths, faces_among, strips
 from shakedown.models.condensation.contact_frame import SPACE, check_unique, node_names, patch_positions
-from shakedown.models.condensation.surface_coupling import REACH, SurfaceCoupling, surface_coupling
+from shakedown.models.condensation.surface_coupling import SurfaceCoupling, surface_coupling
 from shakedown.models.condensation.surface_mesh import (
     ContactSurface,
     NodeCoupling,
@@ -29,7 +28,6 @@ from shakedown.models.readers.toml_table import TomlTable, is_number, shown
 
 Friction = FloatArray | Mapping[str, float]  # () or (n,), or a coefficient for each node set
 COORDINATES = "coordinates"  # the word for a gap between the nodes as the deck places them
-_BESIDE = ("reach", "uncovered", "finer")  # keys that stand beside 'surfaces' only
 _ALONE = ("nodes", "pairs", "surface", "tied")  # keys that do not stand beside it
 
 
@@ -220,17 +218,14 @@ def contact_nodes(table: TomlTable, mesh: Mesh) -> tuple[NDArray[np.intp], bool]
     if table.has("nodes") == table.has("pairs"):
         found = "both" if table.has("nodes") else "neither"
         raise table.unfit("one of the keys 'nodes', 'pairs' and 'surfaces'", found)
-    if table.has("nodes"):
-        if isinstance(table.content["nodes"], str):
-            return nodes_of(mesh, str(table.text("nodes")), f"{table.where}: key 'nodes'"), True
-        return np.array(table.array("nodes", int, (None,)), dtype=np.intp), False
-    value = table.content["pairs"]
-    if _are_two_names(value):
-        table.take("pairs", "two sets", required=True)
-        where = f"{table.where}: key 'pairs'"
-        first, second = (nodes_of(mesh, name, where) for name in value)
+    key = "nodes" if table.has("nodes") else "pairs"
+    value, where = table.content[key], f"{table.where}: key '{key}'"
+    if key == "nodes" and isinstance(value, str):
+        return nodes_of(mesh, str(table.text(key)), where), True
+    if key == "pairs" and _are_two_names(value):
+        first, second = (nodes_of(mesh, name, where) for name in table.take(key, "two sets"))
         return _matched(mesh, first, second, where), True
-    return np.array(table.array("pairs", int, (None, 2)), dtype=np.intp), False
+    return np.array(table.array(key, int, (None, 2)[: 1 + (key == "pairs")]), dtype=np.intp), False
 
 
 def _are_two_names(value: object) -> bool:
@@ -238,33 +233,10 @@ def _are_two_names(value: object) -> bool:
 
 
 def _matched(mesh: Mesh, first: NDArray[np.intp], second: NDArray[np.intp], where: str) -> NDArray[np.intp]:
-    """Pairs of the nodes of two sets that lie on each other."""
+    """Pairs of every node of a set with the nearest one of another; whether they touch is checked later."""
     if len(first) != len(second):
-        more, fewer = (first, second) if len(first) > len(second) else (second, first)
-        alone = more[int(np.argmax(cKDTree(mesh.at(fewer)).query(mesh.at(more))[0]))]
-        raise ProblemError(
-            f"{where}: expected sets of equally many nodes, found {len(first)} and {len(second)}, node "
-            f"{alone} farthest from a partner"
-        )
-    one, two = mesh.at(first), mesh.at(second)
-    distance, partner = cKDTree(two).query(one)
-    spacing = float(np.nan_to_num(spacings(one, mesh.coordinates)).min())
-    far = np.flatnonzero(distance > REACH * spacing)
-    if far.size:
-        k = int(far[0])
-        raise ProblemError(
-            f"{where}: expected nodes that lie on each other (nearer than {REACH:g} of the spacing "
-            f"{spacing:.3g}), "
-            f"found node {first[k]} at a distance of {distance[k]:.3g} from the nearest; give pairs of labels"
-        )
-    (shared, count), *_ = Counter(partner.tolist()).most_common(1)
-    if count > 1:
-        rivals = first[partner == shared]
-        raise ProblemError(
-            f"{where}: expected one partner for each node, found node {second[shared]} nearest to both "
-            f"{rivals[0]} and {rivals[1]}; give pairs of labels"
-        )
-    return np.column_stack([first, second[partner]])
+        raise unfit(where, "sets of equally many nodes", f"{len(first)} and {len(second)}")
+    return np.column_stack([first, second[cKDTree(mesh.at(second)).query(mesh.at(first))[1]]])
 
 
 def spacings(places: FloatArray, model: FloatArray | None = None) -> FloatArray:
@@ -290,36 +262,20 @@ def coupled_surfaces(table: TomlTable, mesh: Mesh) -> tuple[SurfaceCoupling | No
     ProblemError
         If other keys contradict it, a surface is unknown or has no faces, or the two cannot be coupled.
     """
-    table.known += ["surfaces", *_BESIDE, "nodes", "pairs"]  # named as expected where another is unknown
-    if not table.has("surfaces"):
-        for key in _BESIDE:
-            if table.has(key):
-                raise ProblemError(f"{table.where}: key '{key}': expected beside 'surfaces' only")
+    names = table.take("surfaces", "two names, of the first body and of the second", fits=_are_two_names)
+    settings = {"reach": table.number("reach"), "uncovered": table.number("uncovered")}
+    finer, where = table.flag("finer"), f"{table.where}: key 'surfaces'"
+    if names is None:
+        if finer or any(value is not None for value in settings.values()):
+            raise table.missing("surfaces", "beside 'reach', 'uncovered' and 'finer'")
         return None, None
-    others = [key for key in _ALONE if table.has(key)]
-    if others:
+    if others := [key for key in _ALONE if table.has(key)]:
         raise table.unfit(f"no key '{others[0]}' beside 'surfaces'", "both")
-    names = table.content["surfaces"]
-    if not _are_two_names(names):
-        raise table.wrong("surfaces", "two names, of the first body and of the second", shown(names))
-    table.take("surfaces", "two names", required=True)
-    reach, uncovered = table.number("reach"), table.number("uncovered")
-    finer = table.flag("finer")
-    where = f"{table.where}: key 'surfaces'"
     if not mesh.elements:
         raise unfit(where, "[model] with a deck that has elements", "none")
     slave, master = (_surface(mesh, name, where) for name in names)
-    if slave.dimension != master.dimension:
-        raise unfit(where, "two plane bodies or two solid ones", "one of each")
     with found_in(where):
-        found = surface_coupling(
-            slave,
-            master,
-            reach=reach,
-            uncovered=uncovered,
-            finer=finer,
-            revolved=mesh.axisymmetric,
-        )
+        found = surface_coupling(slave, master, **settings, finer=finer, revolved=mesh.axisymmetric)
     key = names[0].strip().upper()
     return found, key if key in mesh.surfaces else None
 
@@ -440,14 +396,9 @@ def _areas(
 ) -> FloatArray | None:
     """Areas of the nodes of the first body, where the model has their faces."""
     given, thickness = table.has("thickness"), table.number("thickness", 1.0) or 0.0
-    if not thickness > 0:
-        raise table.wrong("thickness", "a number > 0", f"{thickness:g}")
-    if mesh.axisymmetric and given:
-        raise table.wrong(
-            "thickness",
-            "none, because the areas of an axisymmetric model are 2 pi r times a length",
-            f"{thickness:g}",
-        )
+    if not thickness > 0 or (mesh.axisymmetric and given):
+        expected = "a number > 0 (none of an axisymmetric model, whose areas are 2 pi r times a length)"
+        raise table.wrong("thickness", expected, f"{thickness:g}")
     if not mesh.elements:
         return None
     if coupling is not None:

@@ -279,9 +279,8 @@ def import_model(
         [normal] | [normals]       into body 1; one for all, or one per node; by default from
                                    the faces of the model, or of its surface [surface]
         [tangent] | [tangents]     with two directions: towards which the first tangent leads,
-                                   [x, y, z], one for all or one per node, or the name of an
-                                   *ORIENTATION of the deck; the second one is at right
-                                   angles to it and to the normal
+                                   [x, y, z], one for all or one per node; the second one is
+                                   at right angles to it and to the normal
         [axes]                     of a plane problem: directions that span it, default [1, 2]
         [free_out_of_plane]        true: a third direction moves without friction
         [tied]                     for reactions: the node tied to each contact node, whose
@@ -531,22 +530,14 @@ def _check_directions(contact: ContactSection, stiffness: Stiffness, mesh: Mesh,
     CalculiX stores them along x, y, z even in a ``*TRANSFORM``; but a ``*BOUNDARY`` there removes a row that
     is along none of them.
     """
-    turned = [label for label in contact.moved.tolist() if label in mesh.rotated]
-    if not turned:
-        return
-    if mesh.matrix_by != CALCULIX or stiffness.format != NUMBERED:
-        raise ProblemError(
-            f"{where}: expected contact nodes with directions x, y, z (or MATRIXSTORAGE of CalculiX, which "
-            f"has them), found node {turned[0]} in a *TRANSFORM"
-        )
-    labels, count = np.unique(stiffness.dofs[:, 0], return_counts=True)
-    rows = dict(zip(labels.tolist(), count.tolist(), strict=True))
-    partly = [label for label in turned if rows.get(label, 0) != len(SPACE)]
-    if partly:
-        raise ProblemError(
-            f"{where}: expected three rows of a contact node in a *TRANSFORM, found {rows.get(partly[0], 0)} "
-            f"of node {partly[0]} (a *BOUNDARY takes one away that is none of x, y, z)"
-        )
+    by_calculix = mesh.matrix_by == CALCULIX and stiffness.format == NUMBERED
+    for label in contact.moved.tolist():
+        count = np.count_nonzero(stiffness.dofs[:, 0] == label) if label in mesh.rotated else len(SPACE)
+        if count != len(SPACE) or (label in mesh.rotated and not by_calculix):
+            raise ProblemError(
+                f"{where}: expected contact nodes with rows along x, y, z (in a *TRANSFORM all three, "
+                f"from MATRIXSTORAGE of CalculiX), found {count} of node {label} in a *TRANSFORM"
+            )
 
 
 def _moves_across(contact: ContactSection, stiffness: Stiffness, held: set[tuple[int, int]]) -> bool:

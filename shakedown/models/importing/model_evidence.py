@@ -367,11 +367,7 @@ def rigid_residual(stiffness: Stiffness, mesh: Mesh, axes: Sequence[int]) -> flo
     places = places_of_rows(stiffness, mesh)
     if places is None:
         return float("nan")
-    xyz = np.zeros((len(moving), 3))
-    xyz[moving] = [places[node] for node in stiffness.dofs[moving, 0].tolist()]
-    xyz[moving] -= xyz[moving].mean(axis=0)
-    size = max(float(np.abs(xyz[:, [axis - 1 for axis in axes]]).max()), np.finfo(float).tiny)
-    motions = rigid_motions(stiffness.dofs, xyz / size, [2] if mesh.axisymmetric else axes)
+    motions = rigid_motions(stiffness.dofs, places, [2] if mesh.axisymmetric else axes)
     marked = stiffness.K.diagonal() >= DEFAULT.constrained_diagonal
     entries = np.abs(stiffness.K[moving].data)
     scale = float(entries[entries < DEFAULT.constrained_diagonal].max(initial=np.finfo(float).tiny))
@@ -419,11 +415,7 @@ def free_motions(
     dofs = stiffness.dofs[rows]
     own = stiffness.are_displacements[rows]  # multipliers, pressures and modes stay as they are
     axes = [2] if axial else sorted({1, 2, 3} & set(dofs[own, 1].tolist()))
-    xyz = np.zeros((own.sum(), 3))
-    if places is not None:
-        xyz = np.array([places[node] for node in dofs[own, 0].tolist()])
-        xyz = (xyz - xyz.mean(axis=0)) / max(float(np.ptp(xyz, axis=0).max()), np.finfo(float).tiny)
-    moved = rigid_motions(dofs[own], xyz, axes) if axes else np.zeros((len(xyz), 0))
+    moved = rigid_motions(dofs[own], places, axes)
     moved = moved[:, np.abs(moved).max(axis=0, initial=0.0) > DEFAULT.symmetry]
     motions = np.zeros((len(rows), moved.shape[1]))
     motions[own] = moved
@@ -480,9 +472,9 @@ def _out_of_size(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) ->
 
 def _resisting(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) -> Iterator[str]:
     """A warning where rigid motions meet resistance in rows (N,) inside the model."""
-    xyz = np.array([mesh.places.get(label, [0.0] * 3) for label in stiffness.dofs[:, 0].tolist()])
+    places = {label: mesh.places.get(label, [0.0] * 3) for label in stiffness.dofs[:, 0].tolist()}
     axes = [2] if mesh.axisymmetric else sorted({1, 2, 3} & set(stiffness.dofs[:, 1].tolist()))
-    motions = rigid_motions(stiffness.dofs, xyz - xyz.mean(axis=0), axes)
+    motions = rigid_motions(stiffness.dofs, places, axes)
     terms = abs(stiffness.K) @ np.abs(motions)
     met = (np.abs(stiffness.K @ motions) / np.maximum(terms, np.finfo(float).tiny)).max(axis=1)
     most = max(FOUR_DIGITS, RESOLVED * (stiffness.accuracy or 0.0))

@@ -68,21 +68,17 @@ def circumference_factor(
         If neither the deck nor the configuration says it, or they say it where
         nothing is axisymmetric, or the factor is in ``scale`` too.
     """
-    if angle is not None and not 0 < angle <= 360:
-        raise unfit(f"{where}: key 'angle'", "degrees above 0 up to 360", f"{angle:g}")
+    flat = mesh is not None and bool(mesh.elements) and not mesh.axisymmetric
+    if angle is not None and not 0 < angle <= (0 if flat else 360):
+        raise unfit(f"{where}: key 'angle'", "degrees up to 360 of an axisymmetric model", f"{angle:g}")
     if mesh is None or not mesh.axisymmetric:
-        if angle is not None and mesh is not None and mesh.elements:
-            raise unfit(
-                where, f"no key 'angle', because {mesh.name} has no axisymmetric elements", f"{angle:g}"
-            )
-        return 1.0 if angle is None else 360.0 / angle
+        return 360.0 / (angle or 360.0)
     found = _angle(mesh, format) if angle is None else angle
     if found is None:
-        raise ProblemError(
-            f"{where}: expected the key 'angle' (the degrees of the circumference that the matrix stands "
-            f"for: 2 from CalculiX, 360 from Abaqus and Ansys), because {mesh.name} is axisymmetric, found "
-            "none"
+        expected = (
+            "the degrees that the matrix of an axisymmetric model stands for: 2 from CalculiX, 360 else"
         )
+        raise unfit(f"{where}: key 'angle'", expected, "none")
     factor = 360.0 / found
     if factor != 1 and abs(scale / factor - 1) < PER_CENT:  # then it is the same factor
         raise ProblemError(
@@ -266,10 +262,7 @@ def _unit_displacements(
 ) -> Stiffness:
     tables = read_nodal_vectors(path)
     if axisymmetric and tables[0].by_calculix:
-        raise ProblemError(
-            f"{path}: expected no reactions of an axisymmetric model: {HOOP}; write the matrix "
-            "(*FREQUENCY, SOLVER=MATRIXSTORAGE)"
-        )
+        raise unfit(path, "the matrix of an axisymmetric model (SOLVER=MATRIXSTORAGE)", f"reactions ({HOOP})")
     with found_in(path):
         return unit_displacement_stiffness(
             tables,

@@ -42,7 +42,6 @@ _IN_A_FILE = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "EQUATION")  # may 
 _READ = (
     *_IN_A_FILE,
     "TRANSFORM",
-    "ORIENTATION",
     "ELASTIC",
     "PART",
     "INSTANCE",
@@ -212,7 +211,6 @@ class _Deck:
             equations=bool(self.of("EQUATION")),
             axisymmetric=self._axisymmetric(),
             matrix_by=self._matrix_by(),
-            systems={card.name("NAME"): (card.parameters, card.data) for card in self.of("ORIENTATION")},
             young=tuple(young) if all(young) else (),
             sections=tuple(self._section(card, node_sets) for card in self.of("PRE-TENSION SECTION")),
             incompatible=sum(len(own[k]) for k in own if self.cards[k].name("TYPE").startswith("C3D8I")),

@@ -75,28 +75,6 @@ class CoordinateSystem:
             raise unfit(self.name, expected, "others")
 
 
-def coordinate_system(name: str, parameters: dict[str, str], data: list[Line]) -> CoordinateSystem:
-    """Read the data lines of ``*ORIENTATION``: two points, or three, the last the origin.
-
-    Raises
-    ------
-    ProblemError
-        If it is of another kind (a table of directions, spherical), or turned once more.
-    """
-    kind = parameters.get("SYSTEM", "RECTANGULAR").upper()
-    plain = parameters.get("DEFINITION", "COORDINATES").upper() == "COORDINATES"
-    expected = "*ORIENTATION of SYSTEM=RECTANGULAR or CYLINDRICAL with two points (or three)"
-    known = ("RECTANGULAR", "CYLINDRICAL") if plain else ()
-    where, points = _points(data[:1], kind, known, (6, 9), expected, name)
-    for place, turned in data[1:2]:
-        if any(number(text, place) for text in turned[1:] if text):
-            raise unfit(place, "no further turn of *ORIENTATION", quoted(", ".join(turned)))
-    origin = points[2] if len(points) == 3 and kind == "RECTANGULAR" else np.zeros(3)
-    return CoordinateSystem(
-        f"{where}: *ORIENTATION {quoted(name)}", kind == "CYLINDRICAL", points[0] - origin, points[1] - origin
-    )
-
-
 def nodal_system(parameters: dict[str, str], data: list[Line], name: str) -> CoordinateSystem:
     """Read the data line of ``*TRANSFORM`` in a file: the directions of the nodes of a set.
 
@@ -110,21 +88,12 @@ def nodal_system(parameters: dict[str, str], data: list[Line], name: str) -> Coo
         If it is of another kind, or there are not six numbers.
     """
     kind = parameters.get("TYPE", "R").strip().upper()
-    expected = "*TRANSFORM of TYPE=R or C with two points"
-    where, (first, second) = _points(data, kind, ("R", "C"), (6,), expected, name)
-    return CoordinateSystem(f"{where}: *TRANSFORM", kind == "C", first, second)
-
-
-def _points(
-    data: list[Line], kind: str, known: tuple[str, ...], counts: tuple[int, ...], expected: str, name: str
-) -> tuple[str, FloatArray]:
-    """Where the points of a system stand, and the points, (k, 3)."""
     where = data[0][0] if data else name
     fields = [text for _, own in data for text in own if text]
-    if kind not in known or len(fields) not in counts:
-        found = quoted(", ".join([kind, *fields]))
-        raise unfit(where, expected, found)
-    return where, np.array([number(text, where) for text in fields]).reshape(-1, 3)
+    if kind not in ("R", "C") or len(fields) != 6:
+        raise unfit(where, "*TRANSFORM of TYPE=R or C with two points", quoted(", ".join([kind, *fields])))
+    first, second = np.array([number(text, where) for text in fields]).reshape(2, 3)
+    return CoordinateSystem(f"{where}: *TRANSFORM", kind == "C", first, second)
 
 
 Element = tuple[str, tuple[int, ...]]  # shape, node labels
@@ -192,8 +161,6 @@ class Mesh:
         The code whose keywords for writing a matrix the deck has: CalculiX, Abaqus or none.
     young : tuple of float
         Young's moduli of the isotropic materials; empty where there are others.
-    systems : mapping
-        Local coordinate systems (``*ORIENTATION``) by their names in upper case, as the deck has them.
     sections : tuple of int
         Nodes of ``*PRE-TENSION SECTION``: their displacement in direction 1 is the shortening of the section.
     incompatible : int
@@ -218,7 +185,6 @@ class Mesh:
     equations: bool = False
     axisymmetric: bool = False
     matrix_by: str = ""
-    systems: Mapping[str, Orientation] = field(default_factory=dict)
     young: tuple[float, ...] = ()
     sections: tuple[int, ...] = ()
     incompatible: int = 0
@@ -262,14 +228,6 @@ class Mesh:
         if not len(labels):
             raise unfit(self.name, f"nodes in the set {quoted(name)}", "none")
         return labels
-
-    def system(self, name: str) -> CoordinateSystem:
-        """A local coordinate system; ``ProblemError`` if there is none of that name, or of another kind."""
-        key = name.strip().upper()
-        if key not in self.systems:
-            known = listed(sorted(self.systems))
-            raise unfit(self.name, f"the *ORIENTATION {quoted(name)}", known)
-        return coordinate_system(name, *self.systems[key])
 
     def directions_of(self, labels: ArrayLike) -> FloatArray:
         """The directions 1, 2, 3 of nodes, one per row, (k, 3, 3): x, y, z unless the deck turns them.

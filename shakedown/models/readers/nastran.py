@@ -353,19 +353,15 @@ def read_nastran_dmig(
     chosen = known[chosen_matrix(known, matrix, name)]
     own = [(k, fields) for k, fields in found if fields[0] == chosen]
     header = [(k, fields) for k, fields in own if fields[1] == "0"]
-    if len(header) != 1:
-        where = f" (lines {', '.join(str(k) for k, _ in header[:4])})" if header else ""
-        raise unfit(name, f"one DMIG header card for {listed([chosen])}", f"{len(header)}{where}")
     shown = listed([chosen])
-    form, kind = integers(header[0][1][2:4], f"{name}: line {header[0][0]}")
+    if len(header) != 1 or len(header) == len(own):
+        raise unfit(name, f"one DMIG header card of {shown}, and entries", f"{len(header)} of {len(own)}")
+    where = f"{name}: line {header[0][0]}"
+    form, kind = integers(header[0][1][2:4], where)
     if form not in _FORMS or kind not in _REAL:
-        raise ProblemError(
-            f"{name}: line {header[0][0]}: expected {shown} square or symmetric (form 1, 6) and real "
-            f"(type 1, 2), found form {form}, type {kind}"
-        )
+        expected = f"{shown} square or symmetric (form 1, 6) and real (type 1, 2)"
+        raise unfit(where, expected, f"form {form}, type {kind}")
     entries = list(_entries([card for card in own if card not in header], name))
-    if not entries:
-        raise unfit(name, f"entries of {shown}", "none")
     rows, columns, values = map(np.array, zip(*entries, strict=True))
     return from_entries(rows, columns, values, name, "Nastran DMIG")
 

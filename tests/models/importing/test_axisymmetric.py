@@ -106,10 +106,12 @@ def test_reactions_that_calculix_prints_are_refused(ring):
     reason = "of the radial ones not what the stress around the circumference carries"
     with pytest.raises(ProblemError, match=f"load 2: key 'reactions': expected 'forces'.*{reason}"):
         import_model(changed(ring, extra=PUSHED))
-    with pytest.raises(ProblemError, match=rf"\[check|check.*relative difference of 0.*{reason}"):
+    with pytest.raises(ProblemError, match=r"check \(on the whole circumference\).*relative difference of 0"):
         import_model(changed(ring, extra=PUSHED + CHECK))
     axial = CHECK.replace(", 1, 0.01]", ", 2, 0.01]")
-    with pytest.raises(ProblemError, match="expected a contact node that moves radially"):
+    with pytest.raises(
+        ProblemError, match="expected a contact node of an axisymmetric model that moves radially"
+    ):
         import_model(changed(ring, extra=PUSHED + axial))
 
 
@@ -135,7 +137,10 @@ def test_reactions_that_a_check_proves_are_taken(ring):
 
 def test_unit_displacements_that_calculix_printed_are_refused(ring):
     config = changed(ring, ('file = "ring.sti"', 'file = "pushed.dat"'))
-    with pytest.raises(ProblemError, match="expected no reactions of an axisymmetric model: CalculiX prints"):
+    with pytest.raises(
+        ProblemError,
+        match=r"expected the matrix of an axisymmetric model .*, found reactions .CalculiX prints",
+    ):
         import_model(config)
 
 
@@ -146,8 +151,11 @@ def test_unit_displacements_that_calculix_printed_are_refused(ring):
             [('file = "ring.sti"', 'file = "ring.sti"\nscale = 180')],
             r"'scale': expected no factor for the circ",
         ),
-        ([('file = "ring.sti"', 'file = "ring.sti"\nangle = 0')], "'angle': expected degrees above 0"),
-        ([("gap = -0.01", "gap = -0.01\nthickness = 2")], "'thickness': expected none"),
+        (
+            [('file = "ring.sti"', 'file = "ring.sti"\nangle = 0')],
+            "'angle': expected degrees up to 360 of an axisymmetric model, found 0",
+        ),
+        ([("gap = -0.01", "gap = -0.01\nthickness = 2")], "'thickness': expected a number > 0 .none"),
         ([("gap = -0.01", "gap = -0.01\naxes = [2, 1]")], r"'axes': expected \[1, 2\] \(radius, axis\)"),
     ],
     ids=lambda value: "" if isinstance(value, str) else value[0][1].partition("\n")[2],
@@ -170,7 +178,7 @@ def test_the_deck_says_which_code_wrote_the_matrix(ring, line, factor):
     deck = (ring / "ring.inp").read_text()
     (ring / "ring.inp").write_text(deck.replace("*FREQUENCY, SOLVER=MATRIXSTORAGE", line))
     if factor is None:
-        with pytest.raises(ProblemError, match=r"expected the key 'angle'.*is axisymmetric, found none"):
+        with pytest.raises(ProblemError, match=r"key 'angle': expected the degrees .*, found none"):
             import_model(ring / "import.toml")
         named = changed(ring, ('file = "ring.sti"', 'file = "ring.sti"\nangle = 90'))
         assert import_model(named).stiffness.circumference == 4
@@ -201,7 +209,9 @@ def test_a_deck_is_axisymmetric_or_not(ring):
         import_model(ring / "import.toml")
     (ring / "ring.inp").write_text(deck.replace("CAX8", "CPE8"))
     assert import_model(ring / "import.toml").stiffness.circumference == 1
-    with pytest.raises(ProblemError, match=r"expected no key 'angle'.*no axisymmetric elements"):
+    with pytest.raises(
+        ProblemError, match=r"key 'angle': expected degrees up to 360 of an axisymmetric model, found 2"
+    ):
         import_model(changed(ring, ('file = "ring.sti"', 'file = "ring.sti"\nangle = 2')))
     (ring / "ring.inp").write_text(deck.replace("\n1, 4, 0\n", "\n1, -4, 0\n"))
     with pytest.raises(

@@ -74,7 +74,7 @@ def test_head_and_nut_of_two_meshes_make_no_couple(tmp_path):
     aside = text.replace("pairs = [", "surfaces = [").replace("LOWER_NUT", "LOWER_RIM")
     write(tmp_path, *bricks((2, 2, 1), (3, 2, 1)), {"RIM": lambda x: x[:, 0] > 1.5})
     (tmp_path / "import.toml").write_text(aside)
-    with pytest.raises(ProblemError, match=r"or both ends make a couple; found their middle 1 beside it"):
+    with pytest.raises(ProblemError, match=r"found their middle 1 beside it"):
         import_model(tmp_path / "import.toml")
 
 
@@ -113,7 +113,7 @@ def test_preload_comes_at_assembly_and_can_be_varied(folder):
             "expected a nut apart from the head, or an 'axis'",
         ),
         ((SHANK + "\ntorque = 3",), "job", "bolt 1: unknown key 'torque'"),
-        ((SECTION,), "job", "expected the node of a *PRE-TENSION SECTION of the deck, found 900"),
+        ((SECTION,), "job", "expected the node of a *PRE-TENSION SECTION of the deck, with a row"),
         ((), "cut", "expected a [[bolt]] with section = 900 and its preload"),
         ((SHANK + '\nnut = "LID"',), "job", "expected the node set or surface 'LID'"),
         (
@@ -152,7 +152,7 @@ def test_a_section_of_another_code_or_one_that_was_held_is_refused(folder):
     (folder / "held.inp").write_text(deck)
     for suffix in ("sti", "dof"):
         (folder / f"held.{suffix}").write_bytes((folder / f"job.{suffix}").read_bytes())
-    with pytest.raises(ProblemError, match=r"free in the run that wrote the matrix, found no row of it"):
+    with pytest.raises(ProblemError, match=r"with a row in the matrix .not held., found 900"):
         import_model(configuration(folder, SECTION, job="held"))
     (folder / "held.inp").write_text(
         deck.replace("*FREQUENCY, SOLVER=MATRIXSTORAGE", "*MATRIX GENERATE, STIFFNESS")

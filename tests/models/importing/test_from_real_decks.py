@@ -83,7 +83,7 @@ def test_one_thing_wrong_in_the_example_is_named(punch, old, new, message):
 def test_sets_that_do_not_lie_on_each_other_are_named(punch):
     deck = (punch / "punch.inp").read_text()
     (punch / "punch.inp").write_text(deck.replace("3, 1.5, 1.0", "3, 1.6, 1.0"))
-    with pytest.raises(ProblemError, match=r"found node 3 at a distance of 0\.1 from the nearest"):
+    with pytest.raises(ProblemError, match=r"found 3/1075 0\.1 apart along the surface"):
         import_model(punch / "import.toml")
 
 

@@ -236,7 +236,7 @@ def test_a_matrix_that_was_cut_off_is_refused(tmp_path, kind, kept):
         (
             "[21, 1, 3.0]",
             "[21, 1, 1e308]",
-            r"c.toml: load \d: key 'forces': expected numbers below 1e\+150, found 1e\+308",
+            r"c.toml: load \d: force: expected numbers below 1e\+150, found 1e\+308",
         ),
         ('file = "k"', 'file = "k"\nscale = -1', "'scale' > 0 .* found 'scale' = -1"),
         ("[stiffness]", "[stifness]", "expected the key 'stiffness' .*, found the unknown key 'stifness'"),

@@ -112,7 +112,7 @@ def test_a_plane_is_taken_where_it_is_said_or_held(folder):
     with pytest.raises(ProblemError, match=r"free in direction 2 too; ask for friction in both directions"):
         import_model(configuration(folder, plane))
     with pytest.raises(
-        ProblemError, match=r"expected 2 numbers, along directions 1 and 2, .* directions = 2 has"
+        ProblemError, match=r"expected 2 numbers, along directions 1 and 2, .* or directions = 2"
     ):
         import_model(configuration(folder, f"{PAIRS}\ndirections = 1\nnormal = [0, 0, 1]"))
 
@@ -129,36 +129,6 @@ def test_tangents_change_the_components_only(made, folder):
         there = np.einsum("nij,nj->ni", T, v).ravel()
         np.testing.assert_allclose(there @ other.A @ there, v.ravel() @ made.problem.A @ v.ravel(), rtol=1e-9)
         np.testing.assert_allclose(other.B @ there, made.problem.B @ v.ravel(), atol=1e-6)
-
-
-def test_tangents_of_a_local_system_of_the_deck(folder, made):
-    """Rectangular: the same everywhere; cylindrical about z: radial; about y through the middle: along y or around."""
-    text = (folder / "job.inp").read_text()
-    systems = {
-        "BOX": ("RECTANGULAR", "1., 1., 0., -1., 1., 0."),
-        "PIN": ("CYLINDRICAL", "-1., -1., 0., -1., -1., 5."),
-        "TURNED": ("RECTANGULAR", "0., 0., 2., 0., 3., 0."),
-    }
-    lines = [f"*ORIENTATION, NAME={name}, SYSTEM={kind}\n{data}" for name, (kind, data) in systems.items()]
-    (folder / "systems.inp").write_text(
-        "\n".join([text, *lines, "*ORIENTATION, NAME=TABLE", "some distribution"])
-    )
-
-    def tangents(name):
-        path = configuration(folder, f'{PAIRS}\ntangent = "{name}"', name="systems.toml")
-        path.write_text(path.read_text().replace('file = "job.inp"', 'file = "systems.inp"'))
-        return import_model(path).problem.tangents
-
-    np.testing.assert_allclose(tangents("box")[:, 0], np.tile([1, 1, 0] / np.sqrt(2), (12, 1)))
-    arm = made.problem.coordinates[:, :2] + 1.0
-    np.testing.assert_allclose(tangents("PIN")[:, 0, :2], arm / np.linalg.norm(arm, axis=1)[:, None])
-    np.testing.assert_allclose(tangents("TURNED")[:, 0], np.tile([0, 1, 0], (12, 1)), atol=1e-15)
-    with pytest.raises(
-        ProblemError, match=r"expected the \*ORIENTATION 'NONE', found BOX, PIN, TABLE, TURNED"
-    ):
-        tangents("NONE")
-    with pytest.raises(ProblemError, match=r"with two points .*, found 'RECTANGULAR, some distribution'"):
-        tangents("TABLE")
 
 
 TRANSFORMS = """*TRANSFORM, NSET=UPPER_FOOT, TYPE=C
@@ -211,9 +181,7 @@ def test_nodes_in_a_transform_are_the_same_joint(folder, made, tmp_path):
         np.testing.assert_allclose(turned.p_w, straight.p_w, atol=1e-12 * size)
     rows = (tmp_path / "job.dof").read_text()
     (tmp_path / "job.dof").write_text(rows.replace("25.1\n", "99.1\n", 1))
-    with pytest.raises(
-        ProblemError, match=r"expected three rows of a contact node in a \*TRANSFORM, found 2 of node 25"
-    ):
+    with pytest.raises(ProblemError, match=r"in a \*TRANSFORM all three.*found 2 of node 25"):
         imported("model.dat")
     (tmp_path / "job.dof").write_text(rows)
     (tmp_path / "job.inp").write_text(text.replace("*STEP", f"{TRANSFORMS.replace('TYPE=C', 'TYPE=S')}*STEP"))

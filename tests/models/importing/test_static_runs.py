@@ -66,8 +66,8 @@ def test_a_load_case_is_refused_where_its_file_is_not_what_the_key_says(heat):
         'thermal = { file = "open.frd", step = 1 }': r"expected reactions \(\*NODE FILE, RF\), found no block FORC",
         'thermal = { file = "held.dat", step = 2 }': "key 'step': expected 1 to 1, found 2",
         'open = { file = "open.dat" }': "key 'step': expected 1 to 3, found none",
-        'open = { file = "open.dat", steps = [[4, 1.0]] }': r"expected \[step, factor\] with steps 1 to 3, found 4",
-        'open = { file = "open.dat", steps = [[1.5, 1]] }': r"expected \[step, factor\] with .*, found 1.5",
+        'open = { file = "open.dat", steps = [[4, 1.0]] }': "key 'step': expected 1 to 3, found 4",
+        'open = { file = "open.dat", steps = [[1.5, 1]] }': "key 'step': expected 1 to 3, found 1.5",
         'open = { file = "open.dat", step = 1, steps = [[1, 1]] }': "one of the keys 'step' and 'steps', found both",
         'open = { file = "blocks.sti", step = 1 }': "expected the columns step, node, ux, uy and maybe uz",
         'open = { file = "open.dat", step = 1, bodies = "tied" }': "unknown key 'bodies'",
@@ -90,8 +90,7 @@ def test_held_runs_have_to_show_that_they_are(heat):
         for line in shifted.splitlines()
     )
     (heat / "held.dat").write_text(zeros + "\n")
-    with pytest.raises(ProblemError, match="nodes that a temperature pushes, found zeros"):
-        made(heat)
+    assert any("is zero: it has no effect" in warning for warning in made(heat).warnings)
 
 
 def test_a_shape_that_does_not_fit_is_refused(heat):

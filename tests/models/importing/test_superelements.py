@@ -109,14 +109,9 @@ def test_points_are_connected_to_the_superelement_that_is_named(tmp_path):
         read_analysis_set(tmp_path / "both.asm")
 
 
-def test_two_matrices_of_one_name_without_sections_are_named_with_their_lines(tmp_path):
-    text = writers.nastran_dmig(K[101], DOFS[101])
-    (tmp_path / "k.pch").write_text(2 * text)
-    first = next(k for k, line in enumerate(text.splitlines(), start=1) if line.split()[2:3] == ["0"])
-    second = first + len(text.splitlines())
-    with pytest.raises(
-        ProblemError, match=rf"one DMIG header card for KAAX, found 2 \(lines {first}, {second}\)"
-    ):
+def test_two_matrices_of_one_name_without_sections_are_refused(tmp_path):
+    (tmp_path / "k.pch").write_text(2 * writers.nastran_dmig(K[101], DOFS[101]))
+    with pytest.raises(ProblemError, match="one DMIG header card of KAAX, and entries, found 2 of"):
         read_nastran_dmig(tmp_path / "k.pch")
 
 

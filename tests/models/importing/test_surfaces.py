@@ -48,7 +48,7 @@ def test_a_gap_is_what_the_deck_draws(tmp_path):
     np.testing.assert_allclose(drawn.contact.gap, 0.01, rtol=1e-9)
     said = import_model(configuration(tmp_path)).warnings
     assert said[0].startswith("the surfaces are drawn so that they lie apart by 0.01 on average")
-    with pytest.raises(ProblemError, match=r"lie on each other within 'reach' = 0.005, found none"):
+    with pytest.raises(ProblemError, match=r"lie on each other within 'reach' = 0.005, found"):
         import_model(configuration(tmp_path, f"{SURFACES}\nreach = 0.005"))
 
 
@@ -68,7 +68,7 @@ def test_the_check_says_how_the_surfaces_lie(folder):
         ('surfaces = ["UPPER", "UPPER"]', "expected bodies with nodes of their own, found node 1 on both"),
         ('surfaces = ["UPPER", "NOWHERE"]', "expected the node set or surface 'NOWHERE'"),
         (f'{SURFACES}\nnodes = "TOP"', "expected no key 'nodes' beside 'surfaces', found both"),
-        ('nodes = "UPPER"\nreach = 1.0', "key 'reach': expected beside 'surfaces' only"),
+        ('nodes = "UPPER"\nreach = 1.0', "expected the key 'surfaces' (beside 'reach'"),
         (f"{SURFACES}\nreach = -1.0", "reach: expected a length > 0, found -1"),
         (f"{SURFACES}\nuncovered = -1.0", "uncovered: expected a share from 0 to 1, found -1"),
     ],

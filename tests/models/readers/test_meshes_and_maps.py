@@ -254,6 +254,10 @@ def test_an_instance_is_moved_with_its_nodes(tmp_path, moved, shift, within):
     assert mesh.at([1, 90]).tolist() == [shift, [1.0, 1.0, 1.0]]
 
 
+def test_equations_are_passed_over(tmp_path):
+    assert deck(tmp_path, BRICK + "*EQUATION\n,\n2\n5, 1, 1., 1, 1, -1.\n").equations
+
+
 def test_included_lines_stand_in_their_place(tmp_path):
     (tmp_path / "more.inc").write_text("2, 1., 0.\n*NSET, NSET=BOTH\n1\n")
     mesh = deck(tmp_path, "*NODE\n1, 0., 0.\n*INCLUDE, INPUT=more.inc\n2\n")
