@@ -153,19 +153,6 @@ def test_compliances_of_two_bodies_add_and_bodies_may_be_swapped(d):
     np.testing.assert_allclose(swapped.welded(push).reactions, together.welded(push).reactions, atol=1e-11)
 
 
-def test_a_loaded_second_body_presses_through_the_joint():
-    """Two columns: a force on the top of either body's free end arrives at the interface unchanged."""
-    spring = np.diag([2.0, 3.0])
-    column = np.block([[spring, -spring], [-spring, spring]])
-    K = block_diag(column, column)
-    own = [(node, d) for node in (1, 2, 3, 4) for d in (1, 2)]
-    load = np.zeros(8)
-    load[3] = -5.0  # on the top of the upper body, held by nothing else
-    joint = condense(K, own, [(1, 4)], [0, 1], [LoadCase(history=1.0, force=load)], f=0.5, fixed=[4, 5])
-    assert joint.p_w.ravel() == pytest.approx([5.0])
-    assert joint.q_w.ravel() == pytest.approx([0.0])
-
-
 def test_1e36_diagonals_are_held_and_said():
     K = lattice(1)
     marked = K.copy()

@@ -10,7 +10,6 @@ from shakedown.fem import ElasticBody, Force, Material, Support, brick_mesh, con
 from shakedown.models.condensation import factorised_interior
 from shakedown.models.condensation.condense import condensed_stiffness
 from shakedown.models.condensation.factorised_interior import (
-    FrontFactors,
     dissection,
     elimination,
     factorised,
@@ -61,17 +60,6 @@ def _below(pieces, number):
     )
 
 
-def test_parts_that_are_not_connected_and_places_that_are_the_same():
-    one, places = grid((5, 5, 4))
-    K = sparse.block_diag([one, one], format="csr")
-    beside = np.vstack([places, places + np.array([9.0, 0.0, 0.0])])  # the first cut separates the parts
-    for where in (np.vstack([places, places]), beside, np.zeros((200, 3))):
-        plan, _ = planned(K, where, kept=3)
-        dense = K.toarray()
-        expected = np.linalg.inv(np.linalg.inv(dense)[-3:, -3:])
-        np.testing.assert_allclose(factorised(K, plan).schur, expected, atol=1e-12)
-
-
 def test_an_indefinite_matrix_is_not_factorised():
     K, places = grid((5, 5, 4))
     with pytest.raises(LinAlgError, match="not positive definite at unknown"):
@@ -112,25 +100,6 @@ def chain_of(count):
         sparse.diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(count, count)), np.eye(3)
     )
     return sparse.csr_array(K), np.array([(k, d) for k in range(count) for d in (1, 2, 3)])
-
-
-def test_what_was_found_is_checked_and_expense_is_said(monkeypatch):
-    monkeypatch.setattr(factorised_interior, "_LARGE", 1)
-    K, dofs = chain_of(200)
-    said = []
-    monkeypatch.setattr(factorised_interior, "WORTH_SAYING", 0.0)
-    found = condensed_stiffness(K, dofs, [0], [0, 0, 1], places=ROW, announce=said.append)
-    assert isinstance(found._model.lu, FrontFactors)
-    assert found.residual < 1e-14
-    np.testing.assert_allclose(found.stiffness, (1 + 1 / 200) * np.eye(3), atol=1e-12)  # 2 − 199/200
-    assert said[0].startswith("condensing 597 rows to 1 contact nodes takes about")
-    found._model.lu.schur[0, 0] += 1.0
-    assert found._model.schur()[1] > 0.1
-    monkeypatch.setattr(factorised_interior, "memory", lambda: 1e4)
-    with pytest.raises(
-        ProblemError, match=r"K: expected a model that fits into .* GiB of memory, found that cond"
-    ):
-        condensed_stiffness(K, dofs, [0], [0, 0, 1], places=ROW)
 
 
 def test_what_can_move_is_named_as_before(monkeypatch):

@@ -1,13 +1,11 @@
 """Surfaces that do not match: constant pressures, rigid motions, trimmed edges, matching meshes, curved faces."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from shakedown import LoadCase, ProblemError, ShakedownError, condense
 from shakedown.models.condensation.surface_coupling import surface_coupling
-from shakedown.models.condensation.surface_mesh import ContactSurface, basis_change, coupling_of_nodes, shapes
+from shakedown.models.condensation.surface_mesh import ContactSurface, coupling_of_nodes, shapes
 
 SIDES = (2.0, 1.5)
 
@@ -222,36 +220,6 @@ def test_what_is_no_surface_is_refused(given, said):
         ContactSurface(**good | given)
     with pytest.raises(ProblemError, match="expected two in the plane or two in space"):
         surface_coupling(surface, grid((3, 2), 900, -1.0))
-
-
-def test_two_layers_and_other_dimensions_are_refused():
-    slave, master = grid((2, 2), 1, 1.0), grid((3, 2), 900, -1.0)
-    twice = ContactSurface(
-        np.concatenate([master.labels, master.labels + 500]),
-        np.vstack([master.places, master.places - [0, 0, 0.01]]),
-        [*master.facets, *(tuple(np.array(f) + 500) for f in master.facets)],
-        np.vstack([master.inside, master.inside]),
-    )
-    with pytest.raises(ProblemError, match=r"facets of the master side by side, found 2 times the slave"):
-        surface_coupling(slave, twice)
-    with pytest.raises(ProblemError, match="found them beside each other"):
-        surface_coupling(slave, replace(master, places=master.places + np.array([50.0, 0, 0])))
-    with pytest.raises(ProblemError, match="normals that are not opposed"):
-        surface_coupling(slave, grid((3, 2), 900, 1.0))
-    found = surface_coupling(slave, master)
-    dofs = [(node, d) for node in slave.labels for d in (1, 2, 3)]
-    push = LoadCase(history=1.0, force=np.ones(27))
-    with pytest.raises(ProblemError, match="expected rows of the nodes of the second surface, first 900"):
-        condense(np.eye(27), dofs, found.labels, [0, 0, 1], [push], 0.4, coupling=found)
-
-
-def test_the_change_of_basis_keeps_what_is_linear():
-    for kind in ((3, 6), (3, 8)):
-        T = basis_change(kind)
-        corners = kind[1] // 2
-        linear = np.eye(corners)[:, :1] + 2 * np.eye(corners)[:, 1:2]
-        nodes = np.vstack([linear, 0.5 * (linear + np.roll(linear, -1, axis=0))])
-        np.testing.assert_allclose(T @ nodes, nodes, atol=1e-15)
 
 
 @pytest.mark.parametrize("between", [(), [(3, 1, 2)]], ids=["linear", "quadratic"])

@@ -135,15 +135,6 @@ def test_reactions_that_a_check_proves_are_taken(ring):
     np.testing.assert_allclose(found.problem.p_w[0] - made.problem.p_w[0], 2 * moved[3:], rtol=1e-9)
 
 
-def test_unit_displacements_that_calculix_printed_are_refused(ring):
-    config = changed(ring, ('file = "ring.sti"', 'file = "pushed.dat"'))
-    with pytest.raises(
-        ProblemError,
-        match=r"expected the matrix of an axisymmetric model .*, found reactions .CalculiX prints",
-    ):
-        import_model(config)
-
-
 @pytest.mark.parametrize(
     ("pairs", "message"),
     [

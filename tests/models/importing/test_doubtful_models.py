@@ -216,16 +216,6 @@ def test_warnings_are_in_the_first_lines_of_every_command(example, tmp_path):
     assert found["pairs"]["along_by_spacing"]["largest"] == pytest.approx(0.16)
 
 
-def test_the_period_closes_by_itself_unless_the_number_of_load_steps_is_stated(example):
-    """A last factor that repeats the first would count twice in the mean, and so move λ_max."""
-    closed, bare = (made(example, listed(0.0, 1.0, 0.5, -1.0, *last)).problem for last in ([0.0], []))
-    assert (closed.m, bare.m) == (4, 4)
-    assert closed.q_w.tolist() == bare.q_w.tolist()
-    kept = made(example, listed(0.0, 1.0, 0.5, -1.0, 0.0, steps="steps = 5"))
-    assert (kept.problem.m, kept.warnings) == (5, ())
-    assert any("The last load step repeats the first" in doubt for doubt in kept.doubts)
-
-
 def test_the_example_and_its_neighbours_are_not_doubted(example):
     """Neither a clearance that is said, nor a shear of the mesh, nor another start of the wave."""
     for change in (

@@ -6,13 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import writers
-from bodies import pair
 from model_files import BLOCK
-from scipy import sparse
 
 import shakedown
 from shakedown import LoadCase, ProblemError, condense, import_model
-from shakedown.fem import ElasticBody, Material, Support, block_mesh
 from shakedown.models.importing.import_model import import_problem
 from shakedown.models.importing.load_section import time_function
 from shakedown.models.readers.text import InputFiles
@@ -131,42 +128,6 @@ def test_a_prescribed_displacement_of_zero_holds_its_row(tmp_path):
     np.testing.assert_allclose(found.problem.q_w, expected_problem().q_w, atol=1e-13)
 
 
-def test_two_bodies_out_of_one_abaqus_matrix(tmp_path):
-    """Two blocks as Abaqus writes them, 1e36 on held rows, against the same blocks in scikit-fem."""
-    steel = Material(200e3, 0.3)
-    upper = ElasticBody(block_mesh(2.0, 1.0, 8, 4), steel)
-    lower = ElasticBody(block_mesh(2.0, 1.0, 8, 2, origin=(0.0, -1.0)), steel, supports=[Support("bottom")])
-    both = sparse.block_diag([upper.stiffness, lower.stiffness]).toarray()
-    dofs = np.vstack([upper.dofs + np.array([1, 0]), lower.dofs + np.array([1001, 0])])
-    first = len(upper.dofs)
-    held = first + lower.held_rows()
-    both[held, held] = 1e36
-    top = upper.dofs[upper.rows_on("top", 1), 0] + 1
-    pairs = np.column_stack([upper.normals_on("bottom")[0] + 1, lower.normals_on("top")[0][::-1] + 1001])
-    moved = {axis: [[int(n), 1, 2e-4 * (axis == 1)] for n in top] for axis in (1, 2)}
-    moved = {axis: [*rows, *([r[0], 2, -1e-3 * (axis == 2)] for r in rows)] for axis, rows in moved.items()}
-    config = f"""friction = 0.3
-steps = 12
-[stiffness]
-file = "job_STIF2.mtx"
-[contact]
-pairs = {pairs.tolist()}
-normal = [0, 1]
-[[load]]
-displacements = {moved[2]}
-history = 1
-[[load]]
-displacements = {moved[1]}
-history = {{ harmonics = [{{ sin = 1.0 }}] }}
-"""
-    made = import_model(write(tmp_path, c__toml=config, job_STIF2__mtx=writers.abaqus_matrix(both, dofs)))
-    expected = pair(4)
-    for key in ("A", "B", "C", "q_w", "p_w"):
-        scale = np.abs(expected.kappa).max() if key in "ABC" else np.abs(expected.p_w).max()
-        np.testing.assert_allclose(getattr(made.problem, key), getattr(expected, key), atol=1e-11 * scale)
-    assert "18 rows carry 1e36" in made.notes[0]
-
-
 def solid(tmp_path, **more):
     """The two contact nodes as those of a solid model, whose slip is along x and whose normal is z."""
     dofs = [(node, d) for node in (11, 12, 21) for d in (1, 2, 3)]
@@ -177,22 +138,6 @@ def solid(tmp_path, **more):
         assert old in text
         text = text.replace(old, new)
     return configured(tmp_path, 'file = "k"', text, k=matrix)
-
-
-def test_friction_across_the_plane_is_said_to_be_left_out(tmp_path):
-    left_out = "friction across the plane of slip and normal is left out"
-    held = import_model(solid(tmp_path))
-    assert f"direction 2 of the contact nodes is held: {left_out}" in held.notes
-    np.testing.assert_array_equal(held.problem.normal, [[0.0, 0.0, 1.0]] * 2)
-    free = import_model(
-        solid(
-            tmp_path,
-            **{"axes = [1, 3]": "axes = [1, 3]\nfree_out_of_plane = true", "[11, 2], [12, 2]": "[21, 2]"},
-        )
-    )
-    assert f"direction 2 of the contact nodes moves without friction: {left_out}" in free.notes
-    plane = import_model(configured(tmp_path, 'file = "k"', k=writers.abaqus_matrix(K, DOFS)))
-    assert not any("left out" in note for note in plane.notes)
 
 
 @pytest.mark.parametrize("kept", [0.97, 0.5])

@@ -7,7 +7,7 @@ import pytest
 from calculix import ccx, needs_ccx
 from model_files import HEAT, RING, changed
 
-from shakedown import LoadCase, ProblemError, import_model
+from shakedown import ProblemError, import_model
 
 THERMAL = 'thermal = { file = "held.dat", step = 1 }'
 CLAMPED = 'reactions = { file = "clamped.dat", step = 1, bodies = "clamped" }'
@@ -91,12 +91,6 @@ def test_held_runs_have_to_show_that_they_are(heat):
     )
     (heat / "held.dat").write_text(zeros + "\n")
     assert any("is zero: it has no effect" in warning for warning in made(heat).warnings)
-
-
-def test_a_shape_that_does_not_fit_is_refused(heat):
-    reduced = made(heat).condensation
-    with pytest.raises(ProblemError, match=r"load case: opened: expected shape \(3, 2\), found \(2, 2\)"):
-        reduced.problem([LoadCase(history=1.0, opened=np.zeros((2, 2)))], 0.3)
 
 
 @needs_ccx

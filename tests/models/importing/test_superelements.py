@@ -6,7 +6,7 @@ import writers
 
 from shakedown import ProblemError, import_model
 from shakedown.models.readers.formats import read_stiffness
-from shakedown.models.readers.nastran import read_analysis_set, read_nastran_dmig, read_op4_entries
+from shakedown.models.readers.nastran import read_analysis_set, read_op4_entries
 
 DOFS = {101: [(n, d) for n in (3, 9) for d in (1, 2)], 102: [(n, d) for n in (9, 5, 3) for d in (1, 2)]}
 PUNCH = {
@@ -88,14 +88,6 @@ def test_each_comes_out_as_from_files_of_its_own(folder, number):
 def test_which_one_must_be_said(folder, files, more, message):
     with pytest.raises(ProblemError, match=message):
         imported(folder, *files, more)
-
-
-def test_other_codes_have_none(folder):
-    (folder / "k.mtx").write_text(writers.abaqus_matrix(K[101], DOFS[101]))
-    with pytest.raises(
-        ProblemError, match="expected no superelement, because a abaqus-matrix file is not Nastran's"
-    ):
-        imported(folder, "both.pch", "k.mtx", "superelement = 101")
 
 
 def test_points_are_connected_to_the_superelement_that_is_named(tmp_path):

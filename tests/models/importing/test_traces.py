@@ -8,13 +8,10 @@ import pytest
 import writers
 
 import shakedown
-from shakedown.models.condensation.surface_mesh import ContactSurface
 from shakedown.models.importing.import_model import import_problem
 from shakedown.models.importing.templates import write_import_example
 from shakedown.models.readers.formats import read_any_mesh
 from shakedown.models.readers.mesh import Mesh
-
-SQUARE = np.array([[0.0, 0, 0], [3, 0, 0], [4, 2, 0], [-1, 2, 0]])
 
 
 @pytest.fixture
@@ -68,30 +65,6 @@ def test_a_thickness_multiplies_the_areas(example):
     example.write_text(text.replace("[contact]", "[contact]\nthickness = 0"))
     with pytest.raises(shakedown.ProblemError, match=r"key 'thickness': expected a number > 0 .*, found 0"):
         import_problem(example)
-
-
-def face_shares(points):
-    """∫ N_j dA of one face."""
-    nodes = tuple(range(len(points)))
-    return ContactSurface(nodes, points, [nodes], [points.mean(axis=0) + np.eye(3)[2]]).node_areas()
-
-
-@pytest.mark.parametrize("count", [4, 8])
-def test_shares_of_a_face_are_its_area_and_its_first_moment(count):
-    middle = 0.5 * (SQUARE + np.roll(SQUARE, -1, axis=0))
-    points = np.vstack([SQUARE, middle])[:count]
-    shares = face_shares(points)
-    assert shares.sum() == pytest.approx(8.0)  # (3 + 5) / 2 * 2
-    assert shares @ points == pytest.approx(8.0 * np.array([1.5, 2 * (3 + 2 * 5) / (3 * (3 + 5)), 0.0]))
-
-
-@pytest.mark.parametrize("count", [3, 6])
-def test_shares_of_a_triangle(count):
-    corners = np.array([[0.0, 0, 0], [2, 0, 1], [0, 3, 0]])
-    points = np.vstack([corners, 0.5 * (corners + np.roll(corners, -1, axis=0))])[:count]
-    area = 0.5 * np.linalg.norm(np.cross(corners[1], corners[2]))
-    expected = [1 / 3] * 3 if count == 3 else [0, 0, 0, 1 / 3, 1 / 3, 1 / 3]
-    assert face_shares(points) == pytest.approx(area * np.array(expected))
 
 
 def plate(shape: str = "quadrilateral", **more) -> Mesh:

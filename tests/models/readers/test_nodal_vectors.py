@@ -102,15 +102,6 @@ def test_a_binary_result_file_has_the_displacements_of_the_printed_ones():
         np.testing.assert_allclose(one.vectors[rows], three.vectors, rtol=6e-7)
 
 
-def test_a_file_may_have_blocks_of_both_kinds(tmp_path):
-    """As CalculiX writes where a deck has *NODE OUTPUT in one step and *NODE FILE in the next."""
-    added = writers.calculix_frd(STEPS[:1], ("DISP",)).partition(" -3\n")[2].encode()
-    (tmp_path / "job").write_bytes(BINARY.removesuffix(b" 9999\n") + added)
-    *binary, text = read_nodal_vectors(tmp_path / "job", "displacements")
-    assert len(binary) == 3
-    np.testing.assert_allclose(text.vectors, STEPS[0][1], rtol=5e-6)
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

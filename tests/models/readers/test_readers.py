@@ -289,14 +289,6 @@ def test_unusable_reactions_are_named(tmp_path):
         )
 
 
-def test_other_tables_of_a_dat_file_are_passed_over(tmp_path):
-    text = writers.calculix_reactions([([1, 2], np.ones((2, 3)))])
-    text += "\n displacements (vx,vy,vz) for set NC and time  0.1E+01\n\n  1 5.0 5.0 5.0\n"
-    (step,) = read_calculix_output(write(tmp_path, text))
-    assert step.nodes.tolist() == [1, 2]
-    assert step.node_sets == ("NC",)
-
-
 def test_tables_of_several_sets_at_one_time_are_one_step(tmp_path):
     front = writers.calculix_reactions([([1, 2], np.ones((2, 3))), ([1, 2], 3 * np.ones((2, 3)))])
     back = writers.calculix_reactions([([8, 9], 2 * np.ones((2, 3))), ([8, 9], np.ones((2, 3)))], "NC1")
