@@ -7,7 +7,7 @@ import pytest
 from joints import safe_later
 
 import shakedown
-from benchmarks.problems import chain, joint
+from benchmarks.problems import joint
 from shakedown import Problem
 from shakedown.bounds.collapse.proof_status import GuaranteeEvidence, guarantee_status
 from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
@@ -26,15 +26,6 @@ def test_both_methods_for_the_lower_bound_agree(n: int) -> None:
         assert cheap.load_factor == pytest.approx(full.load_factor, rel=1e-12)
         assert cheap.per_node[cheap.node] == cheap.load_factor == cheap.per_node.min()
         np.testing.assert_allclose(cheap.per_node, full.per_node, rtol=1e-8)
-
-
-@pytest.mark.parametrize("n", [60])
-def test_the_upper_bound_of_a_large_joint_is_certified_by_default(n: int) -> None:
-    problem = chain(n)
-    upper, plain = shakedown.upper_bound(problem), shakedown.upper_bound(problem, certify=False)
-    low, high = upper.certified
-    assert low <= upper.load_factor <= high <= np.nextafter(low, np.inf)
-    assert plain.load_factor == pytest.approx(upper.load_factor, rel=1e-12)
 
 
 def test_no_certificate_comes_with_its_reason() -> None:

@@ -233,17 +233,6 @@ def test_infeasible_with_multipliers_that_prove_it():
     assert np.isnan(upper.load_factor)
 
 
-def test_explicit_means_that_are_not_safe_have_a_least_load_factor():
-    """Load factors from λ_lo on are safe, as the loads take the place of a mean that lifts the node off."""
-    problem = Problem(
-        A=np.eye(2), B=np.zeros((1, 2)), f=0.5, q_w=[[1.0, 0.0], [-1.0, 0.0]], p_w=[[4.0], [4.0]],
-        q_mean=[0.0, 0.0], p_mean=[-1.0],
-    )  # fmt: skip
-    upper = shakedown.upper_bound(problem)
-    assert upper.status == Status.UNBOUNDED
-    assert upper.least_load_factor == pytest.approx(0.5 / 1.5, rel=1e-9)  # 0.5 (−1 + 5 λ) = λ
-
-
 def test_a_floating_body_is_pinned():
     joint = random_joint(np.random.default_rng(5), 4)
     Z = np.zeros((12, 2))

@@ -148,16 +148,6 @@ def test_in_the_plane_there_are_two_directions(seed):
     assert found.node == int(np.argmin(both))
 
 
-def test_nodes_in_units_of_their_own():
-    """Slips of one node in another unit: a congruence of A, which no bound may feel."""
-    problem, D = joint(), np.repeat([1.0, 1e4, 1e-3], 2)
-    other = replace(problem, A=problem.A * D * D[:, None], B=problem.B * D * D[::2, None], q_w=problem.q_w * D,
-                    p_w=problem.p_w * D[::2])  # fmt: skip
-    assert universal_bound(other).load_factor == pytest.approx(
-        universal_bound(problem).load_factor, rel=1e-11
-    )
-
-
 def test_locked_in_slip_that_lifts_off_under_the_mean_load():
     found = universal_bound(joint(p_w=np.full((12, 3), 0.4), coupling=3.0, f=0.6, seed=2))
     assert (found.load_factor, found.argument, found.limited_by) == (0.0, "none", "lift-off")
