@@ -127,14 +127,3 @@ def test_a_joint_whose_moving_nodes_nothing_holds_is_undecided():
     runs = shakedown.verify(joint).runs
     assert runs
     assert all(run.simulation.outcome == "undecided" for run in runs)
-
-
-def test_a_body_that_leaves_while_it_slides_far_is_said_in_words():
-    stiff, loose = np.array([[2.0, -2.0], [-2.0, 2.0]]), np.zeros((2, 2))
-    joint = shakedown.Problem(
-        A=stiff, B=loose, C=np.diag([3.0, 1.0]), f=0.5, q_w=loose, p_w=[[-1, -1], [1, 1]]
-    )
-    state = shakedown.long_term_state(joint, 1.0, [1.25, 0.5])
-    assert state.outcome == "separation"
-    assert "body leaves" in state.reason
-    assert state.slides_away is False

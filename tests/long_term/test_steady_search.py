@@ -5,13 +5,11 @@ import pytest
 
 import shakedown
 from shakedown.ground.status import Outcome
-from shakedown.ground.tolerances import Tolerances
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.space.followed_cycles import SearchRules
 from shakedown.long_term.space.steady_search import SteadySearch
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.method import CycleRecord, State
 
 
 def settled(
@@ -41,43 +39,3 @@ def test_the_search_finds_the_exact_long_term_state(name):
                 assert found.period == exact.period
                 off = 8 * problem.n * scale.force * found.error
                 assert found.dissipation_per_cycle == pytest.approx(exact.dissipation_per_cycle, abs=off)
-
-
-class Turning:
-    """A motion whose state turns by a p-th of a circle in every cycle, while its radius comes to a given one."""
-
-    may_jump, stop, load_factor, tolerances = True, None, 1.0, Tolerances()
-
-    def __init__(self, period: int, radius: float, rate: float) -> None:
-        self.problem = shakedown.Problem(
-            A=np.eye(2), B=np.zeros((2, 2)), f=0.5, q_w=np.zeros((1, 2)), p_w=np.ones((1, 2))
-        )
-        self.scale = scales(self.problem, 1.0)
-        turn = 2.0 * np.pi / period
-        self.turn = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-        self.radius, self.rate = radius, rate
-        self.state = State(np.array([10.0 * radius, 0.0, 0.0, 0.0]), np.zeros(2, dtype=np.int64))
-
-    def cycle(self) -> CycleRecord:
-        x, y = self.turn @ self.state.u[:2]
-        size = float(np.hypot(x, y))
-        share = (self.radius + self.rate * (size - self.radius)) / size
-        self.state = State(np.array([share * x, share * y, 0.0, 0.0]), self.state.contact)
-        none, slip = np.zeros(2, dtype=bool), np.ones(2)
-        return CycleRecord(self.state.u[:2], slip, slip, 1.0, 0.0, none, ~none, 1, 1, ())
-
-
-@pytest.mark.parametrize("period", [2, 3, 4])
-@pytest.mark.parametrize("rate", [0.5, 0.9])
-def test_a_period_whose_states_differ_by_little_is_told(period, rate):
-    motion = Turning(period, 1e-5, rate)
-    found = SteadySearch(motion, Passage.of(motion), SearchRules(1000, 8, 1e-10, np.ones(2))).settle()
-    assert (found.outcome, found.period) == (Outcome.CYCLIC_SLIP, period)
-
-
-@pytest.mark.parametrize("rate", [-0.9, -0.999])
-def test_states_that_come_together_have_no_longer_period(rate):
-    motion = Turning(1, 0.0, rate)
-    motion.state = State(np.array([1e-5, 0.0, 0.0, 0.0]), motion.state.contact)
-    found = SteadySearch(motion, Passage.of(motion), SearchRules(20000, 8, 1e-10, np.ones(2))).settle()
-    assert (found.outcome, found.period) == (Outcome.CYCLIC_SLIP, 1)
