@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.motion.course import DONE, EFFORT, PAUSED, RECORD_FULL
+from shakedown.motion.course import DONE, EFFORT, PAUSED
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.plane import event_loop
-from shakedown.motion.plane.moving_state import begin, empty_record, run_along
+from shakedown.motion.plane.moving_state import begin
 
 SCENES = [("two-node", 0.8), ("two-node", 1.5), ("three-node", 2.6), ("block-9", 5.0), ("uncoupled", 1.5)]
 
@@ -39,27 +39,6 @@ def test_a_record_changes_nothing(name, load_factor):
         assert np.array_equal(a.slip, b.slip)
     starts = recorded.history.kind == EventKind.LOAD_STEP
     assert starts.sum() >= 3 * plain.problem.m
-
-
-def test_the_loop_returns_when_the_record_is_full_and_goes_on():
-    evolution, whole = evolution_of("block-9", 5.0), evolution_of("block-9", 5.0)
-    first = whole.cycle(record=True)
-    run = run_along(
-        evolution.method.active,
-        evolution.method.rates,
-        evolution.method.motion,
-        empty_record(7, 9),
-        evolution.method.run_of(True, False).course,
-    )
-    begin(evolution.method.motion)
-    status, rows = event_loop.follow_straight(run, 1, EFFORT), run.record.rows
-    while status == RECORD_FULL:
-        assert run.record.rows == 7
-        status = event_loop.follow_straight(run, 1, EFFORT)
-        rows += run.record.rows
-    assert status == DONE
-    assert (run.motion.events, run.motion.signature) == (first.events, first.signature)
-    assert rows == len(whole.history) - 1
 
 
 @pytest.mark.parametrize("passes", [1, 3])
