@@ -14,12 +14,7 @@ from shakedown import Problem, ProblemError, UsageError, load_problem, plot, sav
 from shakedown.joint.constraints import (
     constraints,
     loading,
-    ramp_start,
-    slip_reach,
-    step_loads,
     through_transient,
-    transient_path,
-    with_initial_gap,
 )
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.motion.evolution import evolve
@@ -213,22 +208,6 @@ def test_transient_load_steps_are_cones_without_load_factor():
     found, node = rows.excess(slip, 0.0), rows.node[rows.heads]
     early = rows.step[rows.heads] < 0
     np.testing.assert_allclose([found[early & (node == i)].max() for i in range(3)], worst, rtol=1e-12)
-
-
-def test_what_is_known_of_both_directions():
-    problem = joint()
-    assert transient_path(problem).shape == (5, 9)
-    assert step_loads(problem).shape == (24, 9)
-    assert slip_reach(problem, 0.5).shape == (6,)
-    start = np.r_[problem.initial_slip[0], np.zeros(3)]
-    first = np.r_[problem.q_w[0], problem.p_w[0]]
-    ramp = ramp_start(problem, first, start)
-    q, p = problem.layout.split(ramp + problem.kappa @ start)
-    np.testing.assert_allclose(q, 0.0, atol=1e-14)
-    assert np.all(p > 0)
-    tight = with_initial_gap(problem, -0.1)
-    change = problem.kappa @ np.r_[np.zeros(6), np.full(3, 0.1)]
-    np.testing.assert_allclose(np.hstack([tight.q_w - problem.q_w, tight.p_w - problem.p_w]), [change] * 24)
 
 
 def test_open_nodes_are_condensed():
