@@ -223,17 +223,6 @@ def test_wrong_arguments_are_named(change, line):
         damping(jenkins(), **({"amplitudes": [1.0]} | change))
 
 
-def test_a_load_that_does_not_vary_has_no_stiffness():
-    joint = jenkins(
-        load_reactions=[[-1.0, 0.0], [0.0, 2.0]], load_history=[[1.0, 1.0], [-1.0, 1.0]],
-        load_compliance=[[S, 0.05], [0.05, S]], load_names=["push", "press"],
-    )  # fmt: skip
-    curve = damping(joint, [1.0], load="press")
-    assert curve.displacement[0] > 0
-    assert curve.force[0] == 0
-    assert np.isnan([curve.secant_stiffness, curve.loss_factor]).all()
-
-
 def test_a_load_by_its_name_and_its_pictures():
     """Limits, marks and titles are on the pictures; the loop closes."""
     curve = damping(jenkins(load_frequency=[5.0]), [0.5, 2.0, 20.0], load="push")

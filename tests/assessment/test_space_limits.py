@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 import shakedown
-from benchmarks.drawn_joints import drawn_joint_in_space
 from shakedown import Problem
 from shakedown.assessment.three_numbers import admitted_up_to
-from shakedown.assessment.transient_limit import BELOW
 from shakedown.ground.errors import Missing
 from shakedown.joint.constraints import loading
 
@@ -112,19 +110,6 @@ def test_a_load_factor_within_the_enclosure_of_the_largest_is_not_said_to_be_imp
     assert low <= 1.0 <= high
     assert found.impossible_above == max(high, found.details.upper.load_factor) >= 1.0
     assert found.said_as_given == "open"
-
-
-def test_below_the_transient_limit_the_largest_load_factor_with_a_proof_is_found_by_bisection():
-    """The next larger share of λ_T that bisection looks at has no proof."""
-    joint = drawn_joint_in_space(0, 12)
-    limit = shakedown.transient_limit(joint, accuracy=1e-3)
-    assert limit.at_proved.proved
-    assert limit.proved == limit.at_proved.load_factor < limit.low
-    share = 1.0 - limit.proved / limit.low
-    nearer = max(each for each in BELOW if each < share)
-    farther = min(each for each in BELOW if each >= share)
-    above = (1.0 - (share - 0.25 * (farther - nearer))) * limit.low
-    assert not shakedown.long_term_state(joint, above).proved
 
 
 def test_where_a_body_begins_to_slide_away_is_found_to_all_digits():

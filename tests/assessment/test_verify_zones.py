@@ -1,16 +1,12 @@
 """Verification of partly open joints: what is predicted, and that no prediction is believed unsupported."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from command import run
 
 import shakedown
 from shakedown import verify
-from shakedown.assessment import plan
 from shakedown.assessment.plan import OUTSIDE
-from shakedown.bounds import upper as upper_module
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.report.limit_facts import decided_by
 from tests.partly_open import SOME, partly_open, zone_bound
@@ -68,24 +64,6 @@ def test_a_zone_that_was_not_found_is_an_open_question(monkeypatch):
     assert (denied.runs[1].predicted, denied.runs[1].agrees) == ("slips or opens", False)
     assert unsearched.runs[1].agrees is None
     assert any("a zone that λ_max is not about" in question for question in unsearched.open_questions)
-
-
-def test_a_claim_that_does_not_hold_is_a_disagreement(monkeypatch):
-    """A bound that is too high, and one for nodes that do not stay open: the simulation objects."""
-    honest = shakedown.upper_bound
-
-    def raised(problem, **more):
-        upper = honest(problem, **more)
-        return replace(upper, load_factor=1.3 * upper.load_factor)
-
-    def slip_of_the_bound(problem, load_factor, **_):
-        upper = honest(problem, open_nodes="auto")
-        return replace(shakedown.safe_slip(problem, 0.1, open_nodes=upper.open_nodes), slip=upper.slip)
-
-    monkeypatch.setattr(upper_module, "upper_bound", raised)
-    monkeypatch.setattr(plan, "safe_slip", slip_of_the_bound)
-    result = verify(RECEDING, random_states=0, load_factors=[0.27])
-    assert any("predicted shakedown, simulated cyclic-slip" in text for text in result.disagreements)
 
 
 @pytest.mark.usefixtures("undrawn")
