@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from command import document, refused, run
-from model_files import BLOCK, HEAT, RING
+from model_files import BLOCK
 
 import shakedown
 from shakedown.models.importing.templates import import_template
@@ -114,20 +114,3 @@ def test_a_picture_is_drawn(tmp_path):
     code, _, err = run("import", config, "--check", "--picture", str(tmp_path / "p.nonsense"))
     assert (code, err.count("\n")) == (2, 1)
     assert "expected a name that ends in .png" in err
-
-
-def test_a_check_shows_the_loads_in_their_units_and_the_gaps(tmp_path):
-    code, out, _ = run("import", str(HEAT / "import.toml"), "--check")
-    assert code == 0
-    assert "loads at λ = 1: heated 100 K, unchanged" in out
-    assert "gap" not in out
-    config = tmp_path / "fit.toml"
-    text = (RING / "import.toml").read_text().replace('"ring.', f'"{RING}/ring.')
-    config.write_text(text.replace("gap = -0.01", "gap = { nodes = [[101, -0.01], [106, -0.02]] }"))
-    _, out, _ = run("import", str(config), "--check")
-    assert "gap [mm]" in out
-    rows = [
-        line.split() for line in out.splitlines() if line.split()[1:2] in (["101/5"], ["106/8"], ["109/13"])
-    ]
-    assert {row[1]: float(row[-1]) for row in rows} == {"101/5": -0.01, "106/8": -0.02, "109/13": 0.0}
-    assert sorted(document("import", str(config), "--check")["gap"]) == [-0.02, -0.01, 0.0]

@@ -105,21 +105,6 @@ def test_what_slides_away_is_said_without_advice_that_cannot_help(sliding):
         assert misleading not in text
 
 
-def test_a_row_without_energy_ball_costs_the_others_nothing():
-    words = ["map", "two-node", "--load-factor", "0.6:0.8:3", "--sampler", "ball", "--states", "16"]
-    code, out, err = run(*words)
-    assert (code, err) == (0, "")
-    rows = [line.split() for line in out.splitlines()]
-    assert [row[:3] for row in rows if row[:1] == ["0.6"]] == [
-        ["0.6", "shakedown", "shakedown"],
-        ["0.6", "100.0", "%"],
-    ]
-    assert "λ = 0.8 no energy ball" in " ".join(out.split())
-    found = document(*words)
-    assert [one["load_factor"] for one in found["maps"]] == [0.6, 0.7]
-    assert [one["load_factor"] for one in found["missing"]] == [0.8]
-
-
 @pytest.fixture(scope="module")
 def breathing(tmp_path_factory):
     """A node that opens and closes, and one that stays where it is put; dissipation is round-off at most."""

@@ -2,7 +2,6 @@
 
 import csv
 from dataclasses import replace
-from xml.etree import ElementTree
 
 import meshlane
 import numpy as np
@@ -10,7 +9,6 @@ import pandas
 import pytest
 from command import document, refused, run
 from joints import creeping
-from vtk_arrays import arrays
 
 import shakedown
 
@@ -109,27 +107,6 @@ def test_meshlane_reads_the_grid(tmp_path):
     joint, slip = shakedown.example("press-fit"), mesh.point_data["slip_range [mm]"]
     np.testing.assert_allclose(mesh.point_data["slip_range_vector [mm]"], slip[:, None] * joint.tangent)
     assert np.array_equal(mesh.point_data["normal"], joint.normal)
-
-
-def test_poly_data_hold_the_same_arrays(tmp_path):
-    """As https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html has it; VTK 9.7 reads it."""
-    for ending in ("vtu", "vtp"):
-        assert run("nodes", *AT_TWO, "-o", str(tmp_path / f"nodes.{ending}"))[0] == 0
-    grid, poly = (arrays(ElementTree.parse(tmp_path / f"nodes.{ending}")) for ending in ("vtu", "vtp"))
-    root = ElementTree.parse(tmp_path / "nodes.vtp").getroot()
-    assert root.attrib == {
-        "type": "PolyData", "version": "1.0", "byte_order": "LittleEndian", "header_type": "UInt64",
-    }  # fmt: skip
-    piece = root.find("PolyData/Piece")
-    assert [piece.get(f"NumberOf{kind}") for kind in ("Points", "Verts", "Lines", "Strips", "Polys")] == [
-        "9", "9", "0", "0", "0",
-    ]  # fmt: skip
-    assert [child.tag for child in piece] == ["Points", "Verts", "PointData"]
-    assert poly["connectivity"] == tuple(range(9))
-    assert poly["offsets"] == tuple(range(1, 10))
-    assert {name: known(values) for name, values in grid.items() if name != "types"} == {
-        name: known(values) for name, values in poly.items()
-    }
 
 
 def test_nodes_without_a_place_stand_in_a_row_and_whole_labels_are_numbers(tmp_path):
