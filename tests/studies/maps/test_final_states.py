@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.studies.limit_cycles import slip_scatter
 from tests.joints import FAMILY, member
 
 JOINT = shakedown.example("two-node")
@@ -77,12 +76,3 @@ def test_states_at_different_cycles_of_one_period_are_compared_in_phase():
     twos = [cycle for cycle in found.limit_cycles if cycle.period == 2]
     assert twos
     assert all(cycle.coincide for cycle in twos)
-
-
-def test_drift_is_no_scatter():
-    rng = np.random.default_rng(0)
-    place, drift = rng.normal(size=3), np.array([3.0, 0.0, 4.0])
-    ends = place + rng.integers(0, 5, (20, 1)) * drift
-    assert slip_scatter(ends, np.arange(20), place[None], drift).spread <= 1e-12
-    off = ends + np.array([0.0, 0.5, 0.0]) * (np.arange(20) == 7)[:, None]
-    assert slip_scatter(off, np.arange(20), place[None], drift).spread == pytest.approx(0.5)

@@ -113,14 +113,3 @@ def test_on_any_executor_the_bytes_are_the_same(tmp_path):
         assert pool.submit(int).result() == 0
     assert calls[-1] == (3, 3)  # the named states are one
     assert digest(tmp_path / "other.npz") == digest(tmp_path / "whole.npz")
-
-
-@pytest.mark.usefixtures("small_pieces")
-def test_pieces_that_stay_beside_a_whole_map_go(tmp_path):
-    """As after a kill between the two."""
-    path, parts = tmp_path / "map.npz", tmp_path / "map.npz.parts"
-    mapped(path, 64)
-    parts.mkdir()
-    (parts / f"{'0' * 16}-3.npz").touch()
-    mapped(path, 64, resume=True)
-    assert not parts.exists()

@@ -50,16 +50,6 @@ def test_states_of_a_ball_are_uniform_in_it():
     assert (share < 0.75).mean() == pytest.approx(0.25, abs=0.03)
 
 
-def test_a_grid_keeps_the_other_slips_at_the_safe_slip():
-    block = shakedown.example("block-9")
-    chosen = Sampling(block, 1.0, Sampler.GRID, states=30, coordinates=(2, 7))
-    slips = chosen.slips(0, 30)
-    others = np.delete(slips, [2, 7], axis=1)
-    assert chosen.states == 25
-    np.testing.assert_array_equal(others, np.tile(np.delete(chosen.centre, [2, 7]), (25, 1)))
-    assert len(np.unique(slips[:, 2])) == len(np.unique(slips[:, 7])) == 5
-
-
 def test_what_a_transient_leaves_is_admissible_at_the_first_load():
     from shakedown.motion.checked_law import admissible
 

@@ -7,11 +7,9 @@ import pytest
 from command import document, run
 
 import shakedown
-from benchmarks.bodies.sphere import sphere_on_flat
 from benchmarks.refinement import block_on_plane
 from shakedown import UsageError, plot
 from shakedown.assessment.transient_limit import slip_limit
-from shakedown.joint.contact_surface import element_count
 from shakedown.studies.refined import COLUMNS, SLOWEST, Refinement, trend
 
 H = 2.0 ** -np.arange(5)
@@ -61,35 +59,6 @@ def test_elements_not_nodes_tell_the_order():
         else:
             assert trend_of_it.limit == pytest.approx(1.0, rel=1e-9)
             assert trend_of_it.order == pytest.approx(power, rel=1e-6)
-
-
-def joint_at(places):
-    """A joint whose contact nodes stand at these places, (n,) in the plane, (n, 2) in space."""
-    n, d = len(places), np.ndim(places)
-    loads = {"q_w": np.eye(2, d * n), "p_w": np.ones((2, n))}
-    return shakedown.Problem(A=np.eye(d * n), B=np.zeros((n, d * n)), f=0.5, x=places, **loads)
-
-
-def graded(count):
-    """Positions of which each element is that of the mesh with half as many, halved."""
-    coarse = np.cumsum([0.0, 1.0, 1.7, 0.6, 0.4])
-    return np.interp(np.arange(4 * count + 1) / count, np.arange(5), coarse)
-
-
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda k: joint_at(graded(k)),
-        lambda k: joint_at(np.append(graded(k), 40.0 + graded(k))),
-        lambda k: joint_at(np.stack(np.meshgrid(graded(k), np.linspace(0, 1, k + 1)), -1).reshape(-1, 2)),
-        lambda k: sphere_on_flat(3 * k),
-    ],
-    ids=["strip", "two strips", "rectangle", "rings"],
-)
-def test_halved_elements_are_twice_as_many_along_every_edge(make):
-    coarse, finer = make(1), make(2)
-    ratio = element_count(finer) / element_count(coarse)
-    assert ratio == pytest.approx(2.0**coarse.directions, rel=1e-12)
 
 
 def test_too_little_to_tell():
