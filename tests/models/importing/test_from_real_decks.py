@@ -248,6 +248,8 @@ def test_a_history_with_times_is_resampled(tmp_path):
     expected = [0.0, 2.0, 0.0, -2.0]
     assert sampled(tmp_path, text, column="force", time="time", period=2.0).tolist() == expected
     assert sampled(tmp_path, text, time="time", period=2.0).tolist() == expected  # the other column
+    whole = TomlTable({"history": {"file": "h.csv", "time": "time", "period": 2.0}}, "load 1")
+    assert time_function(whole, 4, InputFiles(tmp_path)).doubts == ()  # the record covers its period
     assert sampled(tmp_path, text, column=2, time=1, period=2.0, scale=0.5).tolist() == [0.0, 1.0, 0.0, -1.0]
     open_loop = "t,f\n0,1\n1,3\n"  # closed from the last row to the first
     assert sampled(tmp_path, open_loop, time="t", period=2.0).tolist() == [1.0, 2.0, 3.0, 2.0]
