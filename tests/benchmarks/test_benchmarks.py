@@ -10,8 +10,7 @@ import pytest
 import shakedown
 from benchmarks import STUDIES, calculix_peer, siconos_peer, timing
 from benchmarks.problems import random_problem
-from benchmarks.rational_path import NoPath, one_step_holds, rational_path
-from benchmarks.stability import verdict
+from benchmarks.rational_path import one_step_holds, rational_path
 from benchmarks.stability_scenes import coarse, one_node
 from shakedown.motion.evolution import evolve
 
@@ -58,24 +57,10 @@ def test_rational_and_event_driven_paths_agree(n: int, seed: int) -> None:
     assert np.abs(history.thinned().v[1:] - exact).max() <= 1e-13 * np.ptp(exact)
 
 
-def test_states_beyond_the_law_have_no_path() -> None:
-    problem = one_node(2.5, [0.0, 6.0, 0.0], [2.0, 2.0, 2.0])  # f above A / B = 2
-    with pytest.raises(NoPath):
-        rational_path(problem, 1.0, np.zeros(1), 1)
-
-
 def test_long_load_steps_are_told_from_short_ones() -> None:
     hard, easy = coarse(), random_problem(3, seed=1, m=8)
     assert not one_step_holds(hard.problem, rational_path(hard.problem, 1.0, hard.start, 2))
     assert one_step_holds(easy, rational_path(easy, 1.0, np.zeros(3), 2))
-
-
-def test_verdicts() -> None:
-    assert verdict(1e-12, 0.0, "", False) == "right"
-    assert verdict(1e-6, 1e-7, "", False) == "round-off"
-    assert verdict(1e-6, 1e-16, "", True) == "long step"
-    assert verdict(1e-6, 1e-16, "", False) == "off"
-    assert verdict(1e-6, 1e-16, "not converged", False) == "says so"
 
 
 @pytest.mark.parametrize("name", STUDIES)

@@ -1,11 +1,7 @@
 """Chapter III in words, as numbers, on a mesh small enough for a test (``benchmarks.receding_zones``)."""
 
-from dataclasses import replace
-
-import numpy as np
 import pytest
 
-import shakedown
 from benchmarks import receding_zones
 
 
@@ -39,15 +35,3 @@ def test_in_the_steady_state_fewer_nodes_slip_and_some_only_reach_their_limit(ro
     """Fig. 3.7."""
     assert row["steady_slipping"] < 0.7 * row["first_slipping"]
     assert row["steady_at_limit"] >= 5
-
-
-def test_whether_a_node_at_its_limit_is_in_the_state_of_a_slip_depends_on_the_last_bit_and_counts_for_nothing():
-    block = receding_zones.right_half(6)
-    path = shakedown.long_term_state(block, 1.0).history
-    state, stuck = path.state.copy(), np.flatnonzero((path.state == 0).all(axis=0))
-    state[1, stuck] = 1
-    other = replace(path, state=state)
-    assert stuck.size >= 5
-    np.testing.assert_array_equal(other.slips(), path.slips())
-    assert not path.slips()[stuck].any()
-    assert receding_zones.limit_reached(other, block) == receding_zones.limit_reached(path, block)

@@ -27,15 +27,6 @@ def test_separation_and_stick_alternate_without_slip_between_jumps():
     assert np.unique(closed.round(12)) == pytest.approx([-1.0])
 
 
-def test_cyclic_slip_visits_slip_and_separation():
-    problem = shakedown.example("one-node-cyclic")
-    state = shakedown.long_term_state(problem, 1.0, problem.initial_slip[0])
-    assert state.opened[0]
-    assert state.open_nodes == ()
-    assert set(state.history.state[:, 0]) == {0, -1, 2}
-    assert state.residual <= 1e-12
-
-
 def test_transient_limit_is_where_gauss_seidel_changes_its_mind():
     problem = shakedown.example("two-node")
     limit = shakedown.transient_limit(problem, accuracy=1e-6)
@@ -47,29 +38,6 @@ def test_transient_limit_is_where_gauss_seidel_changes_its_mind():
         for x in (0.999, 1.001)
     ]
     assert outcomes == ["shakedown", "cyclic-slip"]
-
-
-def test_transient_limit_lies_between_the_bounds_and_scans_what_it_says():
-    problem = shakedown.example("two-node")
-    bounds = shakedown.shakedown_bounds(problem)
-    limit = shakedown.transient_limit(problem, bounds.upper.slip, steps=20, accuracy=1e-8)
-    assert limit.load_factor == pytest.approx(bounds.upper.load_factor, rel=1e-6)
-    assert len(limit.scanned) == len(limit.outcomes) >= 21
-    assert np.all(np.diff(limit.scanned) > 0)
-
-
-def test_transient_limit_of_a_state_with_open_nodes_is_that_of_its_zone():
-    problem = shakedown.example("cylinder-on-flat")
-    upper = shakedown.upper_bound(problem, open_nodes="auto")
-    assert upper.open_nodes
-    limit = shakedown.transient_limit(
-        problem, upper.slip, open_nodes=upper.open_nodes, steps=8, accuracy=1e-5
-    )
-    assert limit.load_factor == pytest.approx(upper.load_factor, rel=2e-5)
-    assert limit.at_low.open_nodes == upper.open_nodes
-    assert 0.999 * upper.load_factor < limit.proved <= upper.load_factor < limit.cycling
-    with pytest.raises(shakedown.UsageError, match="open nodes"):
-        shakedown.transient_limit(problem, open_nodes=[13], largest=1.0)
 
 
 def test_transient_limit_below_everything_is_nan_and_above_everything_open():
