@@ -34,7 +34,7 @@ HERE = Path(__file__).parent
 STUDY = "tests/benchmarks/test_benchmarks.py::test_a_study_measures_prints_and_draws"
 FIRST = (  # what compiles the most, each worker other kernels; then what needs those of the first file at most
     "tests/assessment/test_assess.py",
-    *(f"{STUDY}[{name}]" for name in ("enumeration", "blade_root", "block_cycle", "constants")),
+    *(f"{STUDY}[{name}]" for name in ("enumeration", "space_classical")),
     "tests/benchmarks/test_benchmarks.py",
     *(
         f"tests/{folder}/"
