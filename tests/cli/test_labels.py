@@ -34,36 +34,6 @@ def test_nodes_have_their_labels_and_numbers_their_units(file, words, shown):
     assert max(map(len, out.splitlines())) <= 80
 
 
-@pytest.mark.parametrize(
-    ("words", "shown"),
-    [
-        (["solve"], "proved from this state 0.7315 20 ± 14.63 kN −26.85 % zero slip"),
-        (
-            ["verify", "--random", "0", "--load-factor", "1"],
-            "proved from this state 0.7315 20 ± 14.63 kN",
-        ),
-        (["solve"], "loads at λ = 1: axial load 20 ± 20 kN; bolt preload 12 kN, unchanged"),
-        (
-            ["simulate", "--load-factor", "0.7"],
-            "loads axial load 20 ± 14 kN; bolt preload 12 kN, unchanged",
-        ),
-    ],
-    ids=lambda value: value[0],
-)
-def test_load_factors_are_said_in_the_loads_of_the_user(tmp_path, words, shown):
-    loads = {"load_mean": [12, 20], "load_amplitude": [0, 20], "load_units": ["kN", "kN"]}
-    names = ["bolt preload", "axial load"]
-    joint = dataclasses.replace(shakedown.example("two-node"), load_names=names, **loads)
-    shakedown.save_problem(tmp_path / "loads.npz", joint)
-    _, out, _ = run(words[0], str(tmp_path / "loads.npz"), *words[1:])
-    assert shown in " ".join(out.split())
-    if words[0] in ("solve", "simulate"):
-        assert max(map(len, out.splitlines())) <= 80
-    _, out, _ = run(words[0], "two-node", *words[1:])
-    assert "loads at" not in out
-    assert "kN" not in out
-
-
 def test_round_off_is_shown_as_zero_and_kept_in_the_json():
     _, out, _ = run("simulate", "jump", "--load-factor", "1")
     lines = out.splitlines()

@@ -6,7 +6,6 @@ import numpy as np
 import pandas
 import pytest
 from command import document, run
-from joints import joint_of_kind
 
 import shakedown
 from shakedown.assessment.transient_limit import slip_limit
@@ -60,17 +59,6 @@ def test_a_map_says_from_how_many_states_it_holds(tmp_path):
     _, out, _ = run("map", "two-node", "--load-factor", "0.6:0.8:2", "--states", "16", "--slip-below", "0.1")
     assert "below 0.1" in out
     assert max(map(len, out.splitlines())) <= 80
-
-
-def test_a_map_of_undecided_states_says_neither():
-    found = shakedown.initial_state_map(
-        shakedown.example("two-node"), 0.7, states=16, max_cycles=1, slip_below=1.0
-    )
-    assert found.undecided
-    assert found.slip_criterion.met is None
-    walks = joint_of_kind(np.random.default_rng(6), "floating")
-    criterion = shakedown.initial_state_map(walks, 1.0, states=8, slip_below=1e9).slip_criterion
-    assert (criterion.met, criterion.largest) == (False, np.inf)
 
 
 def test_a_sweep_says_at_every_point_up_to_where(tmp_path):

@@ -1,7 +1,5 @@
 """`shakedown-bounds solve` for joints with two tangential directions."""
 
-import json
-
 import numpy as np
 import pytest
 from command import document, refused, run
@@ -47,21 +45,6 @@ def test_the_document_has_every_key_and_null_where_there_is_nothing(found):
     assert set(found["universal"]) == {"load_factor", "status", "node", "argument"}
     assert found["energy"]["load_factor"] == found["assessment"]["proved_from_this_state"]
     assert "required" not in found
-
-
-def test_a_state_and_its_distance_and_what_is_required_of_it(tmp_path):
-    np.save(tmp_path / "v.npy", np.array([0.05, 0.1]))
-    near = ("solve", "one-node-3d", "--initial", "v.npy", "--distance", "0.1")
-    words = (*near, "--require", "proved-from-state=0.5", "--require", "proved-from-every-state=1.26")
-    code, out, err = run(*words, "--json", cwd=tmp_path)
-    assert (code, err.count("\n")) == (1, 1)
-    assert err.startswith("--require proved-from-every-state=1.26: not met, proved is up to λ = 1.24")
-    found = json.loads(out)
-    assert [each["met"] for each in found["required"]] == [True, False]
-    assert [each["claim"] for each in found["required"]] == ["proved-from-state", "proved-from-every-state"]
-    assert found["required"][0]["proved"] == found["assessment"]["proved_from_this_state"]
-    assert found["energy"]["initial_slip"] == [0.05, 0.1]
-    assert found["energy"]["distance"] == 0.1
 
 
 @pytest.mark.parametrize(
