@@ -84,15 +84,6 @@ def test_a_constant_load_is_varied_in_its_unit_by_its_name(stated):
         )
 
 
-def test_what_comes_before_the_first_period_grows_with_a_constant_load(stated):
-    text = stated.read_text()
-    stated.write_text(text.replace("value = 0.7\n", "value = 0.7\ntransient = [0.5, 1.0]\nmean = 1.0\n"))
-    once, twice = (shakedown.import_model(stated, changes={"pressed down": kN}).problem for kN in (0.7, 1.4))
-    np.testing.assert_allclose(twice.p_transient, 2 * once.p_transient, rtol=1e-14)
-    np.testing.assert_allclose((once.load_mean[0], twice.load_mean[0]), (0.7, 1.4), rtol=1e-15)
-    assert np.array_equal(once.load_amplitude, twice.load_amplitude)
-
-
 @pytest.mark.parametrize(
     ("name", "old", "new", "message"),
     [

@@ -95,10 +95,3 @@ def test_a_floating_body_keeps_its_rigid_motions_in_few_digits(tmp_path, digits,
     )
     eigenvalues = np.linalg.eigvalsh(made.problem.kappa)
     assert (np.abs(eigenvalues) < 1e-12 * eigenvalues[-1]).sum() == 3
-
-
-def test_the_accuracy_of_a_matrix_may_be_stated(tmp_path):
-    made = shakedown.import_model(printed(tmp_path, 6, 1.0, "\naccuracy = 3e-5"))
-    assert made.problem.stiffness_accuracy == 3e-5
-    with pytest.raises(shakedown.ProblemError, match="key 'accuracy': expected a number above 0 and up to"):
-        shakedown.import_model(printed(tmp_path, 6, 1.0, "\naccuracy = 0.5"))
