@@ -32,10 +32,6 @@ class Sent(ThreadPoolExecutor):
         return super().submit(*pickle.loads(pickle.dumps(call)))
 
 
-def of_load(f, amplitude):
-    return with_parameter(with_parameter(TWO, "f", f), "amplitude", amplitude)
-
-
 @pytest.fixture(scope="module")
 def found():
     return shakedown.sweep(TWO, {"f": FRICTIONS}, load_factors=[0.2, 0.7])
@@ -130,14 +126,6 @@ def test_two_parameters_span_a_grid_and_scaling_laws_hold_on_it():
         assert limit[:, 0] * amplitudes == pytest.approx(limit[1, 0])
     assert np.isnan(grid.energy).all()
     assert grid.bounds == ("universal", "lower", "upper")
-
-
-def test_a_function_of_parameters_is_swept_like_a_joint():
-    named = shakedown.sweep(TWO, {"f": [0.2, 0.3], "amplitude": [1.0, 2.0]}, bounds=["upper"])
-    function = shakedown.sweep(of_load, {"μ": [0.2, 0.3], "load": [1.0, 2.0]}, bounds=["upper"])
-    assert np.array_equal(function.upper, named.upper)
-    assert function.name == "of_load"
-    assert function.parameters == ("μ", "load")
 
 
 def test_processes_and_a_resumed_run_give_the_same(tmp_path):

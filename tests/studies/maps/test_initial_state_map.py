@@ -8,7 +8,6 @@ import pytest
 import shakedown
 from shakedown.joint.constraints import constraints
 from shakedown.motion.checked_law import admissible
-from shakedown.studies.basin_map import InitialStateMaps
 from shakedown.studies.samplers import BLOCK
 
 JOINT = shakedown.example("two-node")
@@ -108,20 +107,6 @@ def test_undecided_states_count_against_both_ends(found):
     shaken = (some[2:] == "shakedown").sum()
     assert doubted.undecided == 10
     assert doubted.interval[0] < shaken / 256 < (shaken + 10) / 256 < doubted.interval[1]
-
-
-def test_several_load_factors_make_several_maps():
-    maps = shakedown.initial_state_map(JOINT, [0.6, 0.7, 0.8], states=BLOCK)
-    assert isinstance(maps, InitialStateMaps)
-    np.testing.assert_array_equal(maps.load_factors, [0.6, 0.7, 0.8])
-    assert maps.shakedown_fraction[0] == 1.0
-    assert maps.shakedown_fraction[-1] == 0.0
-    alone = shakedown.initial_state_map(JOINT, 0.7, states=BLOCK)
-    np.testing.assert_array_equal(maps.maps[1].final_slip, alone.final_slip)
-    assert maps.interval.shape == (3, 2)
-    assert maps.maps[0].same_outcome is True
-    assert maps.maps[1].same_outcome is False
-    assert len(maps.to_dict()["maps"]) == 3
 
 
 @pytest.mark.parametrize(
