@@ -148,18 +148,6 @@ def test_a_corner_that_is_touched_causes_no_slip(seed):
     assert shakedown.long_term_state(corner, 1.0, start).outcome == "shakedown"
 
 
-def test_symmetric_nodes_reach_their_limits_together():
-    A, B = np.array([[2.0, 0.5], [0.5, 2.0]]), np.array([[0.3, 0.2], [0.2, 0.3]])
-    t = np.arange(12) / 12
-    q = np.cos(2 * np.pi * t)[:, None] * [1.0, 1.0]
-    problem = shakedown.Problem(A=A, B=B, C=np.eye(2) * 3, f=0.4, q_w=q, p_w=np.full((12, 2), 1.5))
-    run = evolve(problem, 1.0, cycles=3)
-    assert run.stop is None
-    assert worst_violation(problem, 1.0, run.history) <= 1e-13
-    assert run.history.v[:, 0] == pytest.approx(run.history.v[:, 1], abs=1e-14)
-    assert all(cycle.events <= 4 for cycle in run.cycles)  # not one per node
-
-
 def test_normal_load_alone_opens_and_closes_without_slip():
     problem = one_node([0.0] * 4, [1.0, -1.0, -2.0, -1.0], B=0.0)
     run = evolve(problem, 1.0, cycles=3)
