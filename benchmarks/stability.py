@@ -31,7 +31,7 @@ from shakedown.motion.evolution import Evolution, evolve
 from shakedown.motion.fixed_steps import MOST_SWEEPS, contact_nodes, load_steps, places_by_node
 from shakedown.motion.plane import event_loop
 from shakedown.motion.plane.active_set import factorize
-from shakedown.motion.plane.moving_state import begin, empty_record, run_along
+from shakedown.motion.plane.moving_state import begin, empty_record
 from shakedown.report.facts import table
 
 TITLE = "Hard cases of time integration: error against the path in rational arithmetic"
@@ -168,10 +168,9 @@ def _event_seconds(hard: Scene) -> float:
     evolution = Evolution(hard.problem, 1.0, hard.start)
     start, load, n = evolution.state, evolution.load, hard.problem.n
     path = np.vstack([ramp_start(hard.problem, load[0], hard.start), *[load] * hard.cycles])
-    run = run_along(
-        evolution.method.active, evolution.method.rates, evolution.method.motion,
-        empty_record(min(100 * len(path), 10**5), n), course(path, 0, True, evolution.method.precision),
-    )  # fmt: skip
+    along = course(path, 0, True, evolution.method.precision)
+    record = empty_record(min(100 * len(path), 10**5), n)
+    run = evolution.method.run_of(True, False).with_parts(course=along, record=record)
 
     def follow() -> int:
         evolution.method.u[:], evolution.method.active.state[:] = start.u, start.contact

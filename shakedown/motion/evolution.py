@@ -226,8 +226,7 @@ class Evolution(Motion):
     def history(self) -> EventHistory:
         """The recorded path, closed by the present state where nothing has stopped it."""
         present = self.method.present(self.done, self.load[-1] + self.kappa @ self.u)
-        path = self.method.history([*self.pieces, present])
-        return path if self.stop is None else path.rows(np.arange(len(path) - 1))
+        return present.joined([*self.pieces, present.rows(np.arange(self.stop is None))])
 
     def say_not_held(self) -> None:
         """Set ``stop`` where a cycle cannot begin as nothing holds the moving nodes of its first state."""

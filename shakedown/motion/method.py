@@ -9,7 +9,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import groupby
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -228,7 +227,7 @@ class Motion(ABC):
     scale: Scales
     done: int
     stop: Stop | None
-    pieces: list[Any]
+    pieces: list[EventHistory]
 
     def begin(
         self, load_factor: float, initial_slip: ArrayLike | None = None, open_nodes: Iterable[int] = ()
@@ -366,14 +365,6 @@ def walk(motion: Motion, most: int, *, record: bool = False) -> Walk:
     return Walk(start, records, motion.history if record else None)
 
 
-class Piece(NamedTuple):
-    """Columns of a record, the course that they were recorded along, and the cycles done before."""
-
-    course: Course
-    done: int
-    columns: dict[str, NDArray[Any]]
-
-
 def one_row(**columns: Any) -> dict[str, NDArray[Any]]:
     """The columns of a record of one row, which concerns no node."""
     return {name: np.array(value)[None] for name, value in {"node": -1, **columns}.items()}
@@ -434,26 +425,15 @@ class EventMethod(ABC):
         self.u[:], self.contact[:] = state.u, state.contact
         return True
 
-    def recorded(self, done: int) -> list[Piece]:
-        """What has been recorded since the loop was entered, so many cycles being done."""
+    def recorded(self, done: int) -> list[EventHistory]:
+        """The path recorded since the loop was entered, so many cycles being done."""
         record = self.run.record
-        count = record.rows
-        columns = {name: part[:count].copy() for name, part in vars(record).items() if name != "content"}
-        return [Piece(self.run.course, done, columns)] if count else []
-
-    def history(self, pieces: list[Piece]) -> EventHistory:
-        """The path that has been recorded piece by piece, those along one course together."""
-        paths = list[EventHistory]()
-        for _, along in groupby(pieces, key=lambda piece: id(piece.course)):
-            (course, *_), done, columns = zip(*along, strict=True)
-            whole = {name: np.concatenate([part[name] for part in columns]) for name in columns[0]}
-            cycles = np.repeat(done, [len(part["time"]) for part in columns])
-            paths.append(self.path(course, cycles, **whole))
-        return type(paths[0]).joined(paths)
+        columns = {key: part[: record.rows].copy() for key, part in vars(record).items() if key != "content"}
+        return [self.path(self.run.course, done, **columns)] if record.rows else []
 
     @abstractmethod
-    def path(self, course: Course, done: NDArray[np.int64], **columns: NDArray[Any]) -> EventHistory:
-        """The path along a course after so many cycles, (s,), from the columns of a record."""
+    def path(self, course: Course, done: int, **columns: NDArray[Any]) -> EventHistory:
+        """The path along a course after so many cycles, from the columns (s, …) of a record."""
 
 
 def loads_at(course: Course, time: FloatArray) -> tuple[FloatArray, FloatArray]:

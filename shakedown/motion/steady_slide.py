@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from shakedown.ground.constants import NEGLIGIBLE, NEWTON_ROUNDS, PER_CENT, ROUND_OFF, SIX_DIGITS, FloatArray
 from shakedown.ground.status import OPEN, STICK
@@ -166,10 +167,7 @@ class _SlideEquations:
         turned = np.divide(limit, speed, out=np.zeros_like(speed), where=speed > 0)[:, None, None]
         blocks = turned * (np.eye(d) - unit[:, :, None] * unit[:, None, :])
         drag = np.zeros_like(stiffness)
-        for row in range(d):
-            for column in range(d):
-                places = d * np.arange(layout.n)
-                drag[places + row, places + column] = blocks[:, row, column]
+        drag[layout.slips, layout.slips] = block_diag(*blocks)
         return self._scaled(stiffness[self.at]), np.eye(len(self.at)) + self._scaled(drag[self.at])
 
     def newton_step(

@@ -35,10 +35,10 @@ from shakedown.ground.status import OPEN
 from shakedown.ground.work_limit import BY_BLAS, count_work, work_is_left
 from shakedown.joint.result import Result
 from shakedown.motion.checked_law import law_violation, reaction_round_off
-from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED, Precision, course
+from shakedown.motion.course import DONE, EFFORT, PAUSED, Precision, course
 from shakedown.motion.plane.active_set import active_set, factorize, rates, solve
-from shakedown.motion.plane.event_loop import enumerate_states, follow_straight
-from shakedown.motion.plane.moving_state import begin, empty_record, motion_at_rest, run_along
+from shakedown.motion.plane.event_loop import follow_straight
+from shakedown.motion.plane.moving_state import PlaneRun, begin, empty_record, motion_at_rest
 from shakedown.motion.steady_slide import HOLDS, ViscousJoint, steady_slide
 
 ACCURACY = 0.01  # accepted departure of a step from a straight path, relative to the motion so far
@@ -47,33 +47,6 @@ RUNG = 1.5  # ratio of the distances aimed at; speeds like the third power of th
 FASTER = 4.0  # how much faster the motion is expected to be at the end of a step, at most
 LONGER = 5.0  # how much longer a step lasts than the one before, at most
 AIMED = 0.8  # of the length at which a step would be just straight enough
-
-
-class Stride(NamedTuple):
-    """What a step has done.
-
-    Attributes
-    ----------
-    way, speed
-        Its length [length], and that per duration.
-    motion
-        How far it ends from the beginning of the motion [length].
-    turn
-        By how much its direction differs from that of the step before.
-    changes
-        Whether a node has changed its contact state.
-    """
-
-    way: float
-    speed: float
-    motion: float
-    turn: float
-    changes: bool
-
-    @property
-    def bend(self) -> float:
-        """Departure from a straight path, relative to the accepted one."""
-        return self.turn * self.way / (ACCURACY * self.motion)
 
 
 @dataclass
@@ -104,32 +77,44 @@ class StepLengths:
         """Try the step again, shorter."""
         self.duration *= min(max(0.1, factor), 0.5)
 
-    def accepts(self, stride: Stride) -> bool:
-        """Whether a step is straight enough; sets the duration of the next, or of a shorter one instead."""
-        if self.passed and stride.bend > 1.0:
-            self.shorten(AIMED / sqrt(stride.bend))
+    def accepts(self, way: float, speed: float, motion: float, turn: float, changes: bool) -> bool:
+        """Whether a step is straight enough; sets the duration of the next, or of a shorter one instead.
+
+        Parameters
+        ----------
+        way, speed
+            Its length [length], and that per duration.
+        motion
+            How far it ends from the beginning of the motion [length].
+        turn
+            By how much its direction differs from that of the step before.
+        changes
+            Whether a node has changed its contact state.
+        """
+        bend = turn * way / (ACCURACY * motion)  # how far from straight, relative to what is accepted
+        if self.passed and bend > 1.0:
+            self.shorten(AIMED / sqrt(bend))
             return False
-        if self.passed and stride.changes and stride.way > CHANGING * stride.motion:
+        if self.passed and changes and way > CHANGING * motion:
             self.shorten()
             return False
         before = self.passed[-1][0] if self.passed else 0.0
-        self.passed = [*self.passed[-2:], (before + stride.way, stride.speed)]
-        self.duration = self._next(stride)
+        self.passed = [*self.passed[-2:], (before + way, speed)]
+        self.duration = self._next(way, motion, AIMED * way / sqrt(bend) if bend > 0.0 else inf)
         return True
 
-    def _next(self, last: Stride) -> float:
+    def _next(self, last: float, motion: float, straight: float) -> float:
         """The duration in which the next step will end where it is to end; longer where none is seen."""
-        if last.way <= SETTLED * self.size:  # speeds are round-off
+        if last <= SETTLED * self.size:  # speeds are round-off
             self.idle += 1
             return LONGER * self.duration
-        straight = AIMED * last.way / sqrt(last.bend) if last.bend > 0.0 else inf
         longest, way = LONGER * self.duration, 0.0
-        rung = floor(log(last.motion / self.length) / log(RUNG) + 0.5)
+        rung = floor(log(motion / self.length) / log(RUNG) + 0.5)
         while True:
             rung += 1
-            further = self.length * RUNG**rung - last.motion
+            further = self.length * RUNG**rung - motion
             speed = self._speed_after(further)
-            reached = 0.0 < speed <= FASTER * last.speed and further <= longest * speed
+            reached = 0.0 < speed <= FASTER * self.passed[-1][1] and further <= longest * speed
             if way and not (reached and further <= straight):
                 break
             way = further
@@ -299,7 +284,7 @@ class Relaxation(ABC):
         goes_on = before > 0.0 and fastest > 0.0
         turn = float(np.abs(velocity / fastest - self.velocity / before).max()) if goes_on else 0.0
         changes = bool((end.contact != self.contact).any())
-        if not lengths.accepts(Stride(fastest * dt, fastest, motion, turn, changes)):
+        if not lengths.accepts(fastest * dt, fastest, motion, turn, changes):
             return False
         change = float(np.abs(velocity - self.velocity).max())
         self.slows_down = self.steps == 0 or fastest <= (1.0 - PER_CENT) * before or fastest == 0.0
@@ -369,9 +354,15 @@ class ViscousMotion(Relaxation):
     ) -> None:
         super().__init__(joint, u, contact, reaction)
         kappa, f, n = self.kappa, self.law.f, self.layout.n
-        self.precision, self.at_rest = precision, active_set(kappa, f)
-        parts = active_set(kappa.copy(), f), rates(n), motion_at_rest(n), empty_record(0, n)
-        self.run = run_along(*parts, course(np.stack([self.load, self.load]), 0, True, precision))
+        self.at_rest = active_set(kappa, f)
+        self.run = PlaneRun(
+            {},
+            active=active_set(kappa.copy(), f),
+            rates=rates(n),
+            motion=motion_at_rest(n),
+            record=empty_record(0, n),
+            course=course(np.stack([self.load, self.load]), 0, True, precision),
+        )
 
     def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         run, act, mo = self.run, self.run.active, self.run.motion
@@ -379,10 +370,8 @@ class ViscousMotion(Relaxation):
         if factorize(act) <= 0:
             return None
         begin(mo)
-        status = follow_straight(run, 1, EFFORT)
-        while status == PAUSED or (
-            status == NO_RATES and enumerate_states(act, run.rates, self.precision.rate)
-        ):
+        status = PAUSED
+        while status == PAUSED:
             status = follow_straight(run, 1, EFFORT)
         if status != DONE or not np.isfinite(mo.u).all():
             return None

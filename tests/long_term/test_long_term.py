@@ -9,7 +9,6 @@ import shakedown
 from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import State
-from shakedown.motion.plane.moving_state import follow_derivative
 from tests.joints import FAMILY, member, slow_problem
 
 
@@ -96,7 +95,8 @@ def test_derivative_of_the_cycle_map_is_that_of_finite_differences():
     closed = np.append(np.zeros(problem.n, dtype=bool), start.contact != OPEN)
     basis = moved_with(evolution, stuck)
     tangent = basis.copy()
-    follow_derivative(evolution.method.motion, tangent, np.zeros(len(stuck)))
+    evolution.method.motion.hold(tangent=tangent, delay=np.zeros(len(stuck)))
+    evolution.method.motion.set(parameters=len(stuck))
     evolution.cycle()
     jacobian = tangent[stuck]
     end = evolution.state

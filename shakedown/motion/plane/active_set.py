@@ -366,7 +366,6 @@ def largest(values: FloatArray, count: int) -> float:
     return size
 
 
-WORN = -1  # instead of a number of nodes: the inverse must be set up again
 # Where a node stands: inside its limits or on one, numbered as the state that this allows; elsewhere.
 INSIDE, ON_BACKWARD, ON_FORWARD = STICK, BACKWARD_SLIP, FORWARD_SLIP
 APEX, FRICTIONLESS, AIR = range(2, 5)
@@ -489,15 +488,6 @@ def compute_rates(act: ActiveSet, rate: Rates) -> bool:
     for k in range(2 * act.n):
         rate.reaction[k] = rate.welded[k]
     return move(act, rate.reaction, rate.motion, rate.change, 0.0, ROUND_OFF) or act.updates == 0
-
-
-@inner
-def broken_conditions(act: ActiveSet, rate: Rates, rate_tol: float) -> int:
-    """Rates in the present states; sets ``wanted`` and returns how many nodes break their conditions.
-
-    WORN, and nothing set, where the inverse is too far from one and can be set up afresh.
-    """
-    return count_broken(act, rate, rate_tol) if compute_rates(act, rate) else WORN
 
 
 @inner

@@ -75,11 +75,11 @@ from shakedown.motion.plane.active_set import (
     FRICTIONLESS,
     ON_BACKWARD,
     ON_FORWARD,
-    WORN,
     ActiveSet,
     Rates,
     add_product,
-    broken_conditions,
+    compute_rates,
+    count_broken,
     factorize,
     largest,
     largest_residual,
@@ -489,10 +489,9 @@ def try_wanted(act: ActiveSet, rate: Rates, rate_tol: float) -> bool:
     """Take the wanted states: whether the motion in them satisfies its conditions and is stable."""
     if not reach_states(act, rate.wanted):
         return False
-    count = broken_conditions(act, rate, rate_tol)
-    if count == WORN and factorize(act) != 0:
-        count = broken_conditions(act, rate, rate_tol)
-    return count == 0 and act.sign > 0
+    if not compute_rates(act, rate) and factorize(act) != 0:
+        compute_rates(act, rate)
+    return act.sign > 0 and count_broken(act, rate, rate_tol) == 0
 
 
 @entered

@@ -5,7 +5,6 @@ The data of one run of the compiled loops.
 
 import numpy as np
 
-from shakedown.ground.constants import FloatArray
 from shakedown.ground.named_state import Flags, Hash, Integers, NamedState, Reals, entered
 from shakedown.motion.course import JUMPS, LOAD_STEP, Course
 from shakedown.motion.plane.active_set import ActiveSet, Rates
@@ -107,10 +106,9 @@ class Record(NamedState):
 def motion_at_rest(n: int) -> PlaneMotion:
     """A state at rest at the origin, its derivative not followed."""
     shapes = {"u": 2 * n, "r": 2 * n, "elastic": 2 * n, "slip": n, "work": n, "opened": n, "closed": n}
-    mo = PlaneMotion(shapes)
+    mo = PlaneMotion(shapes | {"tangent": (2 * n, 0), "delay": 0})
     mo.set(n=n)
     begin(mo)
-    follow_derivative(mo, np.zeros((2 * n, 0)), np.zeros(0))
     return mo
 
 
@@ -124,12 +122,6 @@ def begin(mo: PlaneMotion) -> None:
         mo.slip[i] = 0.0
         mo.work[i] = 0.0
         mo.opened[i], mo.closed[i] = 0, 0
-
-
-def follow_derivative(mo: PlaneMotion, tangent: FloatArray, delay: FloatArray) -> None:
-    """Follow this derivative (2n, t), and that of the time of the last event, in place from here on."""
-    mo.hold(tangent=tangent, delay=delay)
-    mo.set(parameters=len(delay))
 
 
 def resume(mo: PlaneMotion, time: float) -> None:
@@ -153,10 +145,3 @@ class PlaneRun(NamedState):
     motion: PlaneMotion
     record: Record
     course: Course
-
-
-def run_along(
-    active: ActiveSet, rates: Rates, motion: PlaneMotion, record: Record, course: Course
-) -> PlaneRun:
-    """The run of a moving state along a course, recorded where the record has capacity."""
-    return PlaneRun({}, active=active, rates=rates, motion=motion, record=record, course=course)

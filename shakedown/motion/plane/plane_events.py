@@ -11,7 +11,7 @@ from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import Scales
 from shakedown.motion.course import EFFORT, LOAD_STEP, NO_RATES, Course, Precision
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.method import EventMethod, Piece, State, loads_at, one_row
+from shakedown.motion.method import EventMethod, State, loads_at, one_row
 from shakedown.motion.plane.active_set import active_set, factorize, rates
 from shakedown.motion.plane.event_loop import enumerate_states, follow_straight
 from shakedown.motion.plane.moving_state import (
@@ -21,7 +21,6 @@ from shakedown.motion.plane.moving_state import (
     empty_record,
     motion_at_rest,
     resume,
-    run_along,
 )
 from shakedown.motion.steady_slide import ViscousJoint
 from shakedown.motion.viscous_jump import ViscousMotion
@@ -50,8 +49,12 @@ class PlaneEvents(EventMethod):
 
     def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
         self.active, self.rates = active_set(kappa, problem.f), rates(problem.n)
-        motion, nothing = motion_at_rest(problem.n), empty_record(0, problem.n)
-        run = run_along(self.active, self.rates, motion, nothing, Course({}))
+        parts = {
+            "motion": motion_at_rest(problem.n),
+            "record": empty_record(0, problem.n),
+            "course": Course({}),
+        }
+        run = PlaneRun({}, active=self.active, rates=self.rates, **parts)
         super().__init__(problem, kappa, tolerances, run, self.active.state)
 
     def begin(self, start: FloatArray, first: FloatArray, later: FloatArray, scale: Scales) -> None:
@@ -90,13 +93,13 @@ class PlaneEvents(EventMethod):
         record.set(rows=max(record.rows - 1, 0))
         return True
 
-    def present(self, done: int, reaction: FloatArray) -> Piece:
+    def present(self, done: int, reaction: FloatArray) -> EventHistory:
         """The present state, between two cycles."""
         columns = one_row(time=-1.0, kind=LOAD_STEP, u=self.u, r=reaction, state=self.contact)
-        return Piece(self.courses[False], done, columns)
+        return self.path(self.courses[False], done, **columns)
 
-    def path(self, course: Course, done: NDArray[np.int64], **columns: NDArray[Any]) -> EventHistory:
-        """The path along a course after so many cycles, (s,), from the columns of a record."""
+    def path(self, course: Course, done: int, **columns: NDArray[Any]) -> EventHistory:
+        """The path along a course after so many cycles, from the columns (s, …) of a record."""
         time, split = columns["time"], self.problem.layout.split
         welded, _ = loads_at(course, time)
         (v, w), (q, p), (q_w, p_w) = split(columns["u"]), split(columns["r"]), split(welded)

@@ -35,7 +35,6 @@ from shakedown.motion.course import (
 from shakedown.motion.space.event_search import (
     NEVER,
     end_of_step,
-    expected,
     first_event,
 )
 from shakedown.motion.space.rate_choice import choose_rates
@@ -66,7 +65,6 @@ from shakedown.motion.space.space_run import (
 from shakedown.motion.space.speeds import MOST_EXCHANGES, arrange, compute_out, move
 
 AT_EVENT = PAUSED + 1  # within a load step
-AHEAD = 1.05  # length of a step relative to the expected time of the next event
 BESIDE = 0.002  # share of the error of a passage that a step may use regardless of its length
 SAFETY, LEAST = 0.9, 0.2  # bounds on the next step, relative to the last
 MOST = 1.0 / LEAST
@@ -128,7 +126,7 @@ def load_step(run: SpaceRun) -> int:
             return PAUSED
     if status == DONE:
         mo.step, mo.time, mo.crowd, mo.entered = mo.step + 1, 0.0, 0, False
-        mo.kind, mo.node, mo.came_kind, mo.came_node = LOAD_STEP, -1, LOAD_STEP, -1
+        mo.kind, mo.node = LOAD_STEP, -1
     return status
 
 
@@ -175,19 +173,19 @@ def smooth_path(run: SpaceRun) -> int:
             if not ct.h > ROUND_OFF:  # no step is short enough, so there are no rates
                 return NO_RATES
             continue
-        share = first_event(run, h)
+        share, node, kind = first_event(run, h)
         if share * h > ROUND_OFF and share < NEAR_END and error > allowed_error(course, ct, share * h):
             try_next(st, ct, min(BEYOND * share, SHORTER) * h)
             continue
         lengthen(st, ct, h, used)
         if share < NEVER:
-            meet_event(run, share, h, error)
+            meet_event(run, share, h, error, node, kind)
             return AT_EVENT
         commit(run, h, 1.0, better)
         if h == rest:
             mo.time = 1.0
         keep_rates(sp, st)
-        mo.kind, mo.node, mo.came_kind, mo.came_node = CURVES, -1, CURVES, -1
+        mo.kind, mo.node = CURVES, -1
         if ct.effort > ct.allowed and mo.time < 1.0:
             return PAUSED
     return DONE
@@ -231,14 +229,9 @@ def lengthen(st: Step, ct: StepControl, h: float, used: float) -> None:
 
 
 @inner
-def next_length(sp: Slipping, rest: float, free: float, event: float) -> float:
-    """The step to try: not far beyond the next event, and without leaving a short remainder."""
-    if sp.s == 0:
-        return rest
-    h = AHEAD * event
-    if h < min(free, 0.9 * rest):
-        return max(h, LEAST * min(free, rest))
-    if free > 0.9 * rest:
+def next_length(sp: Slipping, rest: float, free: float) -> float:
+    """The step to try, without leaving a short remainder."""
+    if sp.s == 0 or free > 0.9 * rest:
         return rest
     return 0.5 * rest if free > 0.5 * rest else free
 
@@ -266,13 +259,11 @@ def choose_step(run: SpaceRun, rest: float) -> float:
     fastest, apex = 0.0, time_to_apex(joint, course, rates, sp)
     for a in range(sp.s):
         fastest = max(fastest, turning(sp, st, a, 0.0))
-    event = expected(run)
-    h, far = next_length(sp, rest, ct.h, event), next_length(sp, rest, ct.long, event)
-    most = HALF_WAY * apex
+    far, most = next_length(sp, rest, ct.long), HALF_WAY * apex
     if fastest * SEVEN_DIGITS * rest < STABLE:  # even such fine steps may turn too far: errors limit them
         most = min(most, STABLE / fastest if fastest > 0.0 else np.inf)
     st.method = EXPLICIT
-    short = min(h, most)
+    short = min(next_length(sp, rest, ct.h), most)
     jumps = far > HALF_WAY * apex and apex < ct.apex_ahead
     stiff = ct.wait == 0 and far > GAIN * short and short * fastest > TURNS
     if jumps or stiff:
@@ -312,21 +303,21 @@ def better_error(sp: Slipping, st: Step, error: float) -> float:
 
 
 @inner
-def meet_event(run: SpaceRun, share: float, far: float, error: float) -> None:
-    """Go to the event at a share of the step just taken, of this length and error, and pass it.
+def meet_event(run: SpaceRun, share: float, far: float, error: float, i: int, kind: int) -> None:
+    """Go to the event of a node at a share of the step just taken, of this length and error, and pass it.
 
     On the polynomial, which there is accurate enough: everywhere, or as near its end as this.
     """
     joint, course, mo, rates = run.joint, run.course, run.motion, run.rates
     sp, st, ct = run.slipping, run.step, run.control
-    kind, i, h = mo.kind, mo.node, share * far
+    h = share * far
     if h <= ROUND_OFF:
         stay(run)
     else:
         stop_within(course, mo, sp, st, far, share)
         end_of_step(run, h)
         commit(run, h, share, error if error <= allowed_error(course, ct, h) else better_error(sp, st, error))
-    mo.kind, mo.node, mo.came_kind, mo.came_node = kind, i, kind, i
+    mo.kind, mo.node = kind, i
     pass_event(joint, mo, rates, i, kind)
 
 
@@ -449,7 +440,7 @@ def note(run: SpaceRun, h: float) -> None:
             for c in range(2):
                 rec.curve[start + 2 * sp.node[a] + c] = st.curve[m * 2 * n + 2 * a + c]
     rec.time[row], rec.duration[row] = course.first + mo.step + mo.time, h
-    rec.node[row], rec.kind[row] = mo.came_node, mo.came_kind
+    rec.node[row], rec.kind[row] = mo.node, mo.kind
     rec.rows = row + 1
 
 

@@ -13,7 +13,7 @@ from shakedown.ground.named_state import inner, summing
 from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.course import CLOSES, OPENS
 from shakedown.motion.space.smooth_step import find_curve
-from shakedown.motion.space.space_run import DEGREE, REACHES_LIMIT, STOPS, SpaceMotion, SpaceRun
+from shakedown.motion.space.space_run import CURVES, DEGREE, REACHES_LIMIT, STOPS, SpaceMotion, SpaceRun
 from shakedown.motion.space.speeds import move
 
 SAMPLES = 8  # samples of a distance within a step
@@ -83,10 +83,10 @@ def margin(run: SpaceRun, kind: int, at_start: float) -> float:
 
 
 @inner
-def first_event(run: SpaceRun, h: float) -> float:
-    """The time of the first event, as a share of the step, or NEVER; sets ``node`` and ``kind``."""
+def first_event(run: SpaceRun, h: float) -> tuple[float, int, int]:
+    """The time of the first event, as a share of the step, or NEVER; its node and its kind."""
     mo, rates, sp, st = run.motion, run.rates, run.slipping, run.step
-    n, first = st.n, NEVER
+    n, first, node, next_kind = st.n, NEVER, -1, CURVES
     find_curve(sp, st, h)
     for i in range(n):
         kind = kind_of(mo, i)
@@ -102,28 +102,15 @@ def first_event(run: SpaceRun, h: float) -> float:
         find_bend(run, i, h)
         share = first_share(run, i, kind, add, first)
         if share < first:
-            first, mo.node, mo.kind = share, i, kind
+            first, node, next_kind = share, i, kind
     for a in range(sp.s):
         if st.mu[6 * n + a] <= 0.0:
             share = first_share(run, a, STOPS, 0.0, first)
             if share == NEVER:
                 share = 1.0
             if share < first:
-                first, mo.node, mo.kind = share, sp.node[a], STOPS
-    return first
-
-
-@inner
-def expected(run: SpaceRun) -> float:
-    """The time of the first event at the present rates, ignoring speeds; infinite where there is none."""
-    mo, first = run.motion, np.inf
-    for i in range(run.joint.n):
-        kind = kind_of(mo, i)
-        left = distance(run, i, kind, mo.out)
-        rate = distance_rate(run, i, kind, mo.out, run.rates.rate)
-        if left > near_event(run, kind) and rate < 0.0:
-            first = min(first, left / -rate)
-    return first
+                first, node, next_kind = share, sp.node[a], STOPS
+    return first, node, next_kind
 
 
 @summing

@@ -200,14 +200,8 @@ def find_curve(sp: Slipping, st: Step, h: float) -> None:
     close_curve(sp, st)
 
 
-ROOT = np.sqrt(6.0)
-INWARD = np.array(
-    [
-        [(88 - 7 * ROOT) / 360, (296 - 169 * ROOT) / 1800, (-2 + 3 * ROOT) / 225],
-        [(296 + 169 * ROOT) / 1800, (88 + 7 * ROOT) / 360, (-2 - 3 * ROOT) / 225],
-        [(16 - ROOT) / 36, (16 + ROOT) / 36, 1 / 9],
-    ]
-)
+# Weights of the rates at the stages in the state at each: integrals of their polynomials.
+INWARD = PLACES[1:, None] ** np.arange(1, 4) / np.arange(1, 4) @ lagrange(PLACES[1:]).T
 OF_ESTIMATE = (
     0.2748888295956773  # the reciprocal of the real eigenvalue of the inverse of INWARD, as Hairer's
 )

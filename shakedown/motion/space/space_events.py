@@ -4,8 +4,8 @@ Jumps with two tangential directions: where there are no rates, a viscous system
 
 As in the plane (:mod:`shakedown.motion.viscous_jump`): implicit steps of D u̇ = −(out-of-balance) are
 static problems with the stiffness κ + D/Δt, and each of them is solved by following the motion of that
-stiffer system. The end state is then put into equilibrium exactly, nodes that still slip at the limit in
-their last direction.
+stiffer system; where that would be endless, by sweeps over the nodes. The end state is then put into
+equilibrium exactly, nodes that still slip at the limit in their last direction.
 """
 
 from typing import Any
@@ -24,12 +24,13 @@ from shakedown.ground.constants import (
 from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.ground.tolerances import Tolerances
 from shakedown.ground.work_limit import count_work
+from shakedown.joint.law import Law
 from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import Scales, swing
 from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED, TOO_MANY_EVENTS, Course, Precision, course
-from shakedown.motion.event_history import CurvedHistory, EventKind
+from shakedown.motion.event_history import CurvedHistory, EventHistory, EventKind
 from shakedown.motion.fixed_steps import MOST_SWEEPS, contact_nodes, load_steps, places_by_node
-from shakedown.motion.method import EventMethod, Piece, State, loads_at, one_row
+from shakedown.motion.method import EventMethod, State, loads_at, one_row
 from shakedown.motion.space.curved_loop import follow_curve
 from shakedown.motion.space.space_run import (
     DEGREE,
@@ -40,12 +41,36 @@ from shakedown.motion.space.space_run import (
     resume,
     run_in_space,
 )
-from shakedown.motion.space.speeds import MOST_EXCHANGES, eliminate
+from shakedown.motion.space.speeds import MOST_EXCHANGES, arrange_afresh
 from shakedown.motion.steady_slide import ViscousJoint
 from shakedown.motion.viscous_jump import Relaxation, StepEnd
 
 LABOUR = 1_000_000  # operations after which the steps of integration are counted
-MOST_TAKEN = 1_000  # largest number of these in an implicit step; one with a longer path is tried shorter
+MOST_TAKEN = 1_000  # largest number of these in an implicit step; beyond that it is solved as a whole
+MANY_SWEEPS = 1_000  # over the nodes in such a solution; it can also be tried shorter
+
+
+def end_at_once(
+    kappa: FloatArray, law: Law, separable: bool, scale: Scales, u: FloatArray, load: FloatArray, most: int
+) -> StepEnd | None:
+    """The end of an implicit step from displacements to welded reactions, (3n,) of both.
+
+    It is found in so many sweeps over the nodes, or not at all.
+    """
+    layout = law.layout
+    nodes, at = contact_nodes(layout, kappa, law.f, separable, scale.force), places_by_node(layout)
+    given, by_node, slip = load[at][None], u[at], np.empty((1, layout.slip_size))
+    small = ROUND_OFF * scale.length
+    sweeps, _, failed, _ = load_steps(nodes, given, by_node, small, most, np.empty_like(given), slip)
+    count_work(sweeps * layout.size**2)
+    if failed >= 0:
+        return None
+    end = np.empty_like(u)
+    end[at] = by_node
+    reaction, length, is_open = load + kappa @ end, law.size(slip[0]), end[layout.gaps] > 0.0
+    work = -(layout.by_node(reaction[layout.slips]) * layout.by_node(slip[0])).sum(axis=1)
+    contact = np.where(is_open, OPEN, np.where((length > 0.0) | (law.f == 0.0), SLIP, STICK))
+    return StepEnd(end, contact, work, length)
 
 
 def free_places(f: FloatArray, contact: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -54,7 +79,7 @@ def free_places(f: FloatArray, contact: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 
 class DirectedJump(Relaxation):
-    """The viscous system of a joint in space: implicit steps are followed.
+    """The viscous system of a joint in space: implicit steps are followed, or solved at once.
 
     Parameters
     ----------
@@ -74,23 +99,33 @@ class DirectedJump(Relaxation):
         accuracy: float,
     ) -> None:
         super().__init__(joint, u, contact, reaction)
+        self.at_once = False  # whether a path was too long to follow
         path = course(np.stack([self.load, self.load]), 0, True, precision)
         self.run = run_in_space(self.kappa, self.law.f, path, empty_curve_record(0, self.layout.n))
         of_steps = {"force_scale": self.scale.force, "length_scale": self.scale.length}
         self.run.control.set(**of_steps, accuracy=max(accuracy, SIX_DIGITS))  # the end is exact
 
     def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
+        end = None if self.at_once else self._followed(stiffer, path)
+        if self.at_once:
+            end = end_at_once(stiffer, self.law, True, self.scale, self.u, path[1], MANY_SWEEPS)
+            self.at_once = end is not None  # the path of a shorter step may not be too long
+        return end
+
+    def _followed(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
+        """The end of an implicit step along the path of its static problem; None where there is none."""
         run = self.run
         run.course.path[:] = path
         run.joint.kappa[:] = stiffer
         begin(run)
         mo = run.motion
         mo.u[:], mo.contact[:], mo.direction[:] = self.u, self.contact, 0.0
-        eliminate(run.joint, free_places(self.law.f, self.contact))
+        arrange_afresh(run.joint, mo)
         status = PAUSED
-        while status == PAUSED and run.control.taken <= MOST_TAKEN:
+        while status == PAUSED and not self.at_once:
             status = follow_curve(run, LABOUR)
             count_work(run.control.effort)
+            self.at_once = status == PAUSED and run.control.taken > MOST_TAKEN
         if status != DONE or not np.isfinite(mo.u).all():
             return None
         return StepEnd(mo.u.copy(), mo.contact.copy(), mo.work.copy(), mo.slip.copy())
@@ -161,7 +196,6 @@ class SpaceEvents(EventMethod):
         super().__init__(problem, kappa, tolerances, run, run.motion.contact)
         self.direction: FloatArray = run.motion.direction
         self._passed = 0  # instants without rates in the present cycle
-        self._kept = np.zeros(problem.layout.size, dtype=bool), kappa  # what the last cycles began with
 
     def begin(self, start: FloatArray, first: FloatArray, later: FloatArray, scale: Scales) -> None:
         """Follow courses through the first and any other cycle, from given displacements (3n,).
@@ -192,26 +226,17 @@ class SpaceEvents(EventMethod):
         begin(self.run)
 
     def follow(self, cycles: int) -> int:
-        """Follow one cycle, however many are requested; returns the status with which the loop ends."""
-        if self.motion.time == 0.0:
-            self._make_afresh()
+        """Follow one cycle, however many are requested; returns the status with which the loop ends.
+
+        The stiffness is made afresh where a cycle begins, and after many exchanges of open nodes' places.
+        """
+        joint, motion = self.run.joint, self.motion
+        if motion.time == 0.0:
+            worn = joint.exchanges > (MOST_EXCHANGES if motion.step else 0)
+            if worn or (joint.free != free_places(self.problem.f, self.contact)).any():
+                arrange_afresh(joint, motion)
         status: int = follow_curve(self.run, EFFORT)
         return status
-
-    def _make_afresh(self) -> None:
-        """Make the stiffness afresh: where a cycle begins, and after many exchanges of open nodes' places."""
-        joint, begins = self.run.joint, self.motion.step == 0
-        free = free_places(self.problem.f, self.contact)
-        if joint.exchanges <= (0 if begins else MOST_EXCHANGES) and (joint.free == free).all():
-            return
-        known, matrix = self._kept
-        if (free == known).all():
-            joint.exchanged[:], joint.free[:] = matrix, free
-            joint.set(exchanges=0)
-            return
-        eliminate(joint, free)
-        if begins and (joint.free == free).all():
-            self._kept = free, joint.exchanged.copy()
 
     @property
     def effort(self) -> int:
@@ -265,21 +290,13 @@ class SpaceEvents(EventMethod):
 
         Each is found in so many sweeps over the nodes, or not at all.
         """
-        problem, layout, u, ends = self.problem, self.problem.layout, self.u, list[StepEnd]()
-        nodes = contact_nodes(layout, self.kappa, problem.f, problem.C is not None, self.scale.force)
-        at, small = places_by_node(layout), self.tolerances.convergence * self.scale.length
+        problem, u, ends = self.problem, self.u, list[StepEnd]()
         for load in loads:
-            given, by_node, slip = load[at][None], u[at], np.empty((1, layout.slip_size))
-            sweeps, _, failed, _ = load_steps(nodes, given, by_node, small, most, np.empty_like(given), slip)
-            count_work(sweeps * layout.size**2)
-            if failed >= 0:
+            end = end_at_once(self.kappa, problem.law, problem.C is not None, self.scale, u, load, most)
+            if end is None:
                 break
-            u = np.empty_like(u)
-            u[at] = by_node
-            reaction, length, is_open = load + self.kappa @ u, problem.law.size(slip[0]), u[layout.gaps] > 0.0
-            work = -(layout.by_node(reaction[layout.slips]) * layout.by_node(slip[0])).sum(axis=1)
-            contact = np.where(is_open, OPEN, np.where((length > 0.0) | (problem.f == 0.0), SLIP, STICK))
-            ends.append(StepEnd(u, contact, work, length))
+            ends.append(end)
+            u = end.u
         return ends
 
     def _pass(self, share: float, end: StepEnd, work: float, kind: EventKind) -> None:
@@ -297,20 +314,20 @@ class SpaceEvents(EventMethod):
         self.set_state(State(end.u, end.contact))
         resume(self.run, time, kind)
 
-    def recorded(self, done: int) -> list[Piece]:
-        """What has been recorded since the loop was entered, and what was passed after it."""
+    def recorded(self, done: int) -> list[EventHistory]:
+        """The path recorded since the loop was entered, and what was passed after it."""
         risen, self._risen = self._risen, []
-        return [*super().recorded(done), *(Piece(self.run.course, done, step) for step in risen)]
+        return [*super().recorded(done), *(self.path(self.run.course, done, **step) for step in risen)]
 
-    def present(self, done: int, reaction: FloatArray) -> Piece:
+    def present(self, done: int, reaction: FloatArray) -> CurvedHistory:
         """The present state, between two cycles, as a step of no duration."""
         curve = np.zeros((DEGREE, self.problem.layout.size))
         place = {"u": self.u, "curve": curve, "contact": self.contact}
         step = one_row(time=-1.0, duration=0.0, kind=EventKind.LOAD_STEP, **place)
-        return Piece(self.courses[False], done, step)
+        return self.path(self.courses[False], done, **step)
 
-    def path(self, course: Course, done: NDArray[np.int64], **columns: NDArray[Any]) -> CurvedHistory:
-        """The path along a course after so many cycles, (s,), from the columns of a record."""
+    def path(self, course: Course, done: int, **columns: NDArray[Any]) -> CurvedHistory:
+        """The path along a course after so many cycles, from the columns (s, …) of a record."""
         split, u, time = self.problem.layout.split, columns["u"], columns["time"]
         welded, change = loads_at(course, time)
         pressed = u[:1] @ self.kappa + self._of_moved(u - u[:1])

@@ -75,7 +75,7 @@ class CompiledJoint(NamedState):
     free : (N,)
         1 where a place is free.
     exchanges
-        Made one by one since ``exchanged`` was made afresh (:func:`.speeds.eliminate`).
+        Made one by one since ``exchanged`` was made afresh (:func:`.speeds.arrange_afresh`).
     """
 
     kappa: Reals
@@ -111,8 +111,6 @@ class SpaceMotion(NamedState):
         Load steps done, and share done of the next, which has been ``entered``; whether the motion is
         ``under_way`` there, on a path whose rates are chosen.
     node, kind
-        The event ahead, or not yet dealt with.
-    came_node, came_kind
         What the present step began with.
     concerned
         The node for which the motion stopped, or −1.
@@ -140,8 +138,6 @@ class SpaceMotion(NamedState):
     under_way: bool
     node: int
     kind: int
-    came_node: int
-    came_kind: int
     concerned: int
     crowd: int
     events: int
@@ -178,24 +174,6 @@ class CurveRecord(NamedState):
     kind: Integers
     rows: int
     capacity: int
-
-
-def compiled_joint(kappa: FloatArray, friction: FloatArray) -> CompiledJoint:
-    """The joint of a stiffness (3n, 3n) and friction coefficients (n,), nothing free."""
-    joint = CompiledJoint(
-        {"free": len(kappa)},
-        kappa=np.array(kappa, dtype=float, order="C"),
-        exchanged=np.array(kappa, dtype=float, order="C"),
-        friction=np.array(friction, dtype=float),
-    )
-    joint.set(n=len(friction))
-    return joint
-
-
-def motion_at_rest(n: int) -> SpaceMotion:
-    """A state at rest at the origin, all nodes closed."""
-    shapes = {"u": 3 * n, "out": 3 * n, "direction": 2 * n}
-    return SpaceMotion(shapes | dict.fromkeys(("contact", "resting", "slip", "work", "opened", "closed"), n))
 
 
 def empty_curve_record(rows: int, n: int) -> CurveRecord:
@@ -296,13 +274,6 @@ class Slipping(NamedState):
     drive: Reals
     speed: Reals
     correction: Reals
-
-
-def empty_space_rates(n: int) -> SpaceRates:
-    """Arrays for the rates of n nodes."""
-    of_places = dict.fromkeys(("welded", "base", "rate", "held"), 3 * n)
-    flags = ("apex", "candidate", "arrived", "chosen", "active", "wanted", "at_zero")
-    return SpaceRates(of_places | dict.fromkeys((*flags, "slack_rate", "before"), n))
 
 
 def empty_slipping(n: int) -> Slipping:
@@ -423,11 +394,22 @@ class SpaceRun(NamedState):
 def run_in_space(kappa: FloatArray, friction: FloatArray, course: Course, record: CurveRecord) -> SpaceRun:
     """A state at rest at the origin of a joint (κ (3n, 3n), f (n,)), at the beginning of a course."""
     n = len(friction)
+    joint = CompiledJoint(
+        {"free": 3 * n},
+        kappa=np.array(kappa, dtype=float, order="C"),
+        exchanged=np.array(kappa, dtype=float, order="C"),
+        friction=np.array(friction, dtype=float),
+    )
+    joint.set(n=n)
+    of_motion = {"u": 3 * n, "out": 3 * n, "direction": 2 * n}
+    of_motion |= dict.fromkeys(("contact", "resting", "slip", "work", "opened", "closed"), n)
+    flags = ("apex", "candidate", "arrived", "chosen", "active", "wanted", "at_zero")
+    of_rates = dict.fromkeys(("welded", "base", "rate", "held"), 3 * n)
     run = SpaceRun(
         {},
-        joint=compiled_joint(kappa, friction),
-        motion=motion_at_rest(n),
-        rates=empty_space_rates(n),
+        joint=joint,
+        motion=SpaceMotion(of_motion),
+        rates=SpaceRates(of_rates | dict.fromkeys((*flags, "slack_rate", "before"), n)),
         slipping=empty_slipping(n),
         step=empty_step(n),
         control=StepControl({}),
@@ -446,8 +428,7 @@ def begin(run: SpaceRun) -> None:
     motion.set(
         passes=0, step=0, time=0.0, entered=False, under_way=False, concerned=-1, crowd=0, events=0, error=0.0
     )
-    motion.set(node=-1, kind=LOAD_STEP, came_node=-1, came_kind=LOAD_STEP)
-    motion.set(signature=0, last_states=0)
+    motion.set(node=-1, kind=LOAD_STEP, signature=0, last_states=0)
     run.step.set(method=EXPLICIT)
     run.control.set(h=1.0, long=1.0, wait=0, apex_ahead=np.inf, taken=0)
 
@@ -455,5 +436,4 @@ def begin(run: SpaceRun) -> None:
 def resume(run: SpaceRun, time: float, kind: int = JUMPS) -> None:
     """Continue after a jump or another change of the state, from a given share of the load step."""
     motion = run.motion
-    motion.set(time=time, node=-1, kind=kind, came_node=-1, came_kind=kind)
-    motion.set(entered=False, under_way=False, events=motion.events + 1)
+    motion.set(time=time, node=-1, kind=kind, entered=False, under_way=False, events=motion.events + 1)

@@ -19,11 +19,9 @@ vanishes: with v̇ = μ u, for the speeds μ of all nodes that slip
 """
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from shakedown.ground.constants import FOUR_DIGITS, ROUND_OFF, FloatArray
-from shakedown.ground.named_state import Shorts, inner, summing
+from shakedown.ground.named_state import Shorts, entered, inner, summing
 from shakedown.ground.status import OPEN
 from shakedown.ground.work_limit import BY_BLAS
 from shakedown.motion.course import Course
@@ -44,29 +42,6 @@ CONTRACTS = 0.25  # share of a rate of slack that may remain after each
 RATE_ROUND_OFF = ROUND_OFF / 10  # relative round-off of rates
 TRANSPOSED = ord("T")
 MOST_EXCHANGES = 60  # exchanges after which the matrix is made afresh, as each adds round-off
-
-
-def eliminate(joint: CompiledJoint, free: NDArray[np.bool_]) -> None:
-    """Make the stiffness afresh with these places free, (N,), all at once; from Python.
-
-    Where nothing holds them none is: the loop then exchanges them one by one, and finds that out.
-    """
-    S, kappa, at, held = joint.exchanged, joint.kappa, np.flatnonzero(free), np.flatnonzero(~free)
-    S[:], joint.free[:] = kappa, 0
-    joint.set(exchanges=0)
-    if not at.size:
-        return
-    try:
-        factor = cho_factor(kappa[np.ix_(at, at)])
-    except LinAlgError:
-        return
-    if (np.diag(factor[0]) ** 2 <= ROUND_OFF * np.abs(kappa[at]).max(axis=1)).any():
-        return
-    from_held = cho_solve(factor, kappa[np.ix_(at, held)])
-    S[np.ix_(held, held)] -= kappa[np.ix_(held, at)] @ from_held
-    S[np.ix_(at, at)] = cho_solve(factor, np.eye(len(at)))
-    S[np.ix_(at, held)], S[np.ix_(held, at)] = -from_held, from_held.T
-    joint.free[at] = 1
 
 
 @summing
@@ -111,6 +86,17 @@ def arrange(joint: CompiledJoint, mo: SpaceMotion) -> bool:
         if is_free(joint, mo, place) != (joint.free[place] == 1):
             held = exchange(joint, place) and held
     return held
+
+
+@entered
+def arrange_afresh(joint: CompiledJoint, mo: SpaceMotion) -> None:
+    """Exchange the places that are free by the contact states in the stiffness itself."""
+    for k in range(9 * joint.n * joint.n):
+        joint.exchanged[k] = joint.kappa[k]
+    for place in range(3 * joint.n):
+        joint.free[place] = 0
+    arrange(joint, mo)
+    joint.exchanges = 0
 
 
 @summing

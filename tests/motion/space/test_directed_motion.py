@@ -14,6 +14,7 @@ from shakedown.motion.checked_law import law_resolution
 from shakedown.motion.event_history import EventKind, path_violation
 from shakedown.motion.evolution import Evolution, evolve
 from shakedown.motion.fixed_steps import FixedSteps
+from shakedown.motion.space import space_events
 
 # The states after one implicit step from zero: there the cited cycles begin.
 STARTS = {
@@ -196,8 +197,16 @@ def test_implicit_steps_come_closer_the_shorter_they_are():
     assert errors[2] < 2e-3
 
 
-def test_a_jump_ends_in_equilibrium():
-    """Above the friction threshold of the plane's jump: the same jump, in one direction of two."""
+@pytest.mark.parametrize("longest_path", [space_events.MOST_TAKEN, 0])
+def test_a_jump_ends_in_equilibrium(monkeypatch, longest_path):
+    """Above the friction threshold of the plane's jump: the same jump, in one direction of two.
+
+    So it is where steps of the viscous motion that have long paths are solved at once.
+    """
+    monkeypatch.setattr(space_events, "MOST_TAKEN", longest_path)
+    monkeypatch.setattr(space_events, "LABOUR", space_events.LABOUR if longest_path else 1)
+    solved, solve = [], space_events.end_at_once
+    monkeypatch.setattr(space_events, "end_at_once", lambda *step: solved.append(step) or solve(*step))
     plane = shakedown.example("jump")
     n = plane.n
     along = np.kron(np.eye(n), [[0.6], [0.8]])
@@ -217,6 +226,7 @@ def test_a_jump_ends_in_equilibrium():
         assert curved.energy_released == pytest.approx(flat.energy_released, rel=1e-6)
         np.testing.assert_allclose(curved.v_after, along @ flat.v_after, rtol=1e-6, atol=1e-6)
     assert other.cycles[0].dissipation == pytest.approx(one.cycles[0].dissipation, rel=1e-6)
+    assert bool(solved) == (longest_path == 0)
 
 
 @pytest.mark.parametrize("seed", [4, 9, 119, 138])
