@@ -26,7 +26,7 @@ from shakedown import Problem
 from shakedown.ground.constants import FloatArray
 from shakedown.joint.constraints import ramp_start
 from shakedown.motion.checked_law import law_violation, reactions, scales
-from shakedown.motion.course import DONE, EFFORT, PAUSED, RECORD_FULL, course
+from shakedown.motion.course import DONE, EFFORT, LOAD_STEP, PAUSED, RECORD_FULL, course
 from shakedown.motion.evolution import Evolution, evolve
 from shakedown.motion.fixed_steps import MOST_SWEEPS, contact_nodes, load_steps, places_by_node
 from shakedown.motion.plane import event_loop
@@ -160,7 +160,8 @@ def _event(hard: Scene) -> Path:
     slip = _contact_slip(history.v, history.w, hard.start)
     violation = _law(hard, q, p, history.w, slip)
     said = "" if run.stop is None else run.stop.reason
-    return Path(history.thinned().v[1:], float(violation.max()), 0.0, _event_seconds(hard), said)
+    steps = history.rows(history.kind == LOAD_STEP)
+    return Path(steps.v[1:], float(violation.max()), 0.0, _event_seconds(hard), said)
 
 
 def _event_seconds(hard: Scene) -> float:

@@ -14,7 +14,6 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.status import OPEN
@@ -113,21 +112,6 @@ class EventHistory(Result):
         """The path with enough rows for linear interpolation; without curves the path itself."""
         return self
 
-    def thinned(self, keep: int = 1) -> "EventHistory":
-        """Only the load steps, every ``keep``-th of them, and the last state.
-
-        Examples
-        --------
-        >>> import shakedown
-        >>> from shakedown.motion.evolution import evolve
-        >>> history = evolve(shakedown.example("two-node"), 0.9, cycles=3).history
-        >>> len(history) > len(history.thinned()) > len(history.thinned(10))
-        True
-        """
-        check_count("keep", keep)
-        steps = np.flatnonzero(self.kind == EventKind.LOAD_STEP)[::keep]
-        return self.rows(np.union1d(steps, np.arange(len(self))[-1:]))
-
     def slips(self, tolerances: Tolerances = DEFAULT) -> NDArray[np.bool_]:
         """Whether slips in contact exceed round-off over the path, one per column of ``v``.
 
@@ -143,14 +127,6 @@ class EventHistory(Result):
         """
         ways = np.where(self.state[:-1] != OPEN, np.abs(np.diff(self.v, axis=0)), 0.0).sum(axis=0)
         return np.asarray(ways > tolerances.periodicity * np.abs(self.v).max(initial=0.0))
-
-    def _checked(self, cycle: FloatArray) -> FloatArray:
-        """Times in cycles, all of them on the path."""
-        cycle, (first, last) = np.asarray(cycle, dtype=float), self.cycle[[0, -1]]
-        outside = cycle[~((cycle >= first - NEGLIGIBLE) & (cycle <= last + NEGLIGIBLE))]
-        if outside.size:
-            raise UsageError(f"cycle: expected times from {first:g} to {last:g}, found {outside[0]:g}")
-        return cycle
 
     def at(self, cycle: FloatArray) -> "EventHistory":
         """The exact states at given times in cycles, by linear interpolation or on the curves between rows.
@@ -171,9 +147,12 @@ class EventHistory(Result):
         array([[0.    , 0.    ],
                [0.    , 0.7132]])
         """
-        cycle, lasting = self._checked(cycle), self._lasting
+        cycle, (first, last), span = np.asarray(cycle, dtype=float), self.cycle[[0, -1]], self._lasting
+        outside = cycle[~((cycle >= first - NEGLIGIBLE) & (cycle <= last + NEGLIGIBLE))]
+        if outside.size:
+            raise UsageError(f"cycle: expected times from {first:g} to {last:g}, found {outside[0]:g}")
         row = np.clip(np.searchsorted(self.cycle, cycle, side="right") - 1, 0, len(self) - 1)
-        span = lasting[row]
+        span = span[row]
         share = np.where(span > 0, (cycle - self.cycle[row]) / np.where(span > 0, span, 1.0), 0.0)
         return self.within(row, np.clip(share, 0.0, 1.0))
 

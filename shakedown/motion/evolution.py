@@ -95,7 +95,8 @@ class Evolution(Motion):
     ) -> None:
         require_problem(problem)
         self.problem, self.tolerances = problem, tolerances
-        self.kappa, self._damping = free_stiffness(problem), checked_damping(problem, damping)
+        self.kappa, given = free_stiffness(problem), checked_damping(problem, damping)
+        self.damping = default_damping(self.kappa) if given is None else given  # diagonal of D, ((d + 1) n,)
         method = PlaneEvents if problem.directions == 1 else SpaceEvents
         self.method = method(problem, self.kappa, tolerances)
         self.u, self.contact, self.direction = self.method.u, self.method.contact, self.method.direction
@@ -116,11 +117,6 @@ class Evolution(Motion):
         """Welded reactions at the ends of the load steps of the present cycle, (s + 1, (d + 1) n) [force]."""
         path: FloatArray = self.method.courses[self.done == 0].path
         return path
-
-    @property
-    def damping(self) -> FloatArray:
-        """Diagonal of D, ((d + 1) n,)."""
-        return default_damping(self.kappa) if self._damping is None else self._damping
 
     def _set_state(self, state: State) -> None:
         self.held = self.method.set_state(state)
@@ -332,8 +328,7 @@ def evolve(
     (True, 3)
     """
     check_arguments(load_factor, cycles, problem)
-    damping, opened = checked_damping(problem, damping), tuple(open_nodes)
-    evolution = Evolution(problem, load_factor, initial_slip, tolerances, damping, opened)
+    evolution = Evolution(problem, load_factor, initial_slip, tolerances, damping, open_nodes)
     start = evolution.state.u[problem.layout.slips]
     records = tuple(cycles_of(evolution, cycles, record=True))
     return EvolutionResult(float(load_factor), start, records, evolution.history, evolution.stop)

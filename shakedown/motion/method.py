@@ -9,6 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -351,11 +352,7 @@ class Walk(Result):
 
 def cycles_of(motion: Motion, most: int, *, record: bool = False) -> Iterator[CycleRecord]:
     """A number of successive cycles, or those before the motion stops."""
-    for _ in range(most):
-        done = motion.cycle(record=record)
-        if done is None:
-            return
-        yield done
+    return islice(iter(lambda: motion.cycle(record=record), None), most)
 
 
 def walk(motion: Motion, most: int, *, record: bool = False) -> Walk:

@@ -324,8 +324,8 @@ class Relaxation(ABC):
     def jump_to(self, rest: StepEnd, cycle: float) -> Jump:
         """The record of the jump that has come to this state of rest."""
         before, after = self.layout.split(self.start), self.layout.split(rest.u)
-        energies = [potential_energy(self.kappa, self.load, u) for u in (self.start, rest.u)]
-        released = energies[0] - energies[1]
+        middle = self.load + 0.5 * (self.kappa @ (self.start + rest.u))
+        released = float(middle @ (self.start - rest.u))
         return Jump(cycle, *before, *after, rest.contact, released, rest.work, rest.slip, self.steps)
 
     @abstractmethod
@@ -387,11 +387,6 @@ class ViscousMotion(Relaxation):
             u += change
         u[self.layout.gaps][self.contact != OPEN] = 0.0
         return u
-
-
-def potential_energy(kappa: FloatArray, load: FloatArray, u: FloatArray) -> float:
-    """½ uᵀκu + r_wᵀu [force × length]."""
-    return float(u @ (0.5 * (kappa @ u) + load))
 
 
 def default_damping(kappa: FloatArray) -> FloatArray:

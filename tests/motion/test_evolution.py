@@ -172,4 +172,4 @@ def test_a_motion_that_cannot_begin_has_an_empty_path():
     run = evolve(joint, 1.0, cycles=2)
     assert run.stop is not None
     assert not run.cycles
-    assert not len(run.history.thinned())
+    assert not len(run.history)
