@@ -44,14 +44,7 @@ def open_regular(path: str | os.PathLike[str], expected: str = "a regular file")
 
 def kind_of(mode: int) -> str:
     """The kind of a file that is not regular, in words."""
-    kinds = {
-        stat.S_IFDIR: "a directory",
-        stat.S_IFIFO: "a pipe",
-        stat.S_IFCHR: "a device",
-        stat.S_IFBLK: "a device",
-        stat.S_IFSOCK: "a socket",
-    }
-    return kinds.get(stat.S_IFMT(mode), "something else")
+    return "a directory" if stat.S_ISDIR(mode) else "a pipe, a device or a socket"
 
 
 def _flag(name: str) -> int:

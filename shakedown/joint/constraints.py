@@ -65,9 +65,8 @@ def loading(problem: Problem) -> Loading:
     >>> loop.q0.round(6), loop.p0.round(6)
     (array([  15.8, -400. ]), array([ 588.5, 1300. ]))
     """
-    q0 = _mean(problem.q_w, problem.q_mean)
-    p0 = _mean(problem.p_w, problem.p_mean)
-    return Loading(q0, p0, _cleaned(problem.q_w, q0), _cleaned(problem.p_w, p0))
+    (q0, q1), (p0, p1) = _split(problem.q_w, problem.q_mean), _split(problem.p_w, problem.p_mean)
+    return Loading(q0, p0, q1, p1)
 
 
 def transient_path(problem: Problem) -> FloatArray:
@@ -191,20 +190,15 @@ def no_mean(samples: FloatArray, mean: FloatArray) -> NDArray[np.bool_]:
     return np.asarray(np.abs(mean) <= MEAN_ROUND_OFF * np.abs(samples).max(axis=0))
 
 
-def _mean(samples: FloatArray, given: FloatArray | None) -> FloatArray:
-    if given is not None:
-        return given
-    mean = samples.mean(axis=0)
-    return np.where(no_mean(samples, mean), 0.0, mean)
-
-
-def _cleaned(samples: FloatArray, mean: FloatArray) -> FloatArray:
-    """samples − mean, with the round-off of the mean of a constant column set to exact zero."""
+def _split(samples: FloatArray, given: FloatArray | None) -> tuple[FloatArray, FloatArray]:
+    """The mean of samples, or the given one, and their departure from it; round-off of both is zero."""
+    mean = samples.mean(axis=0) if given is None else given
+    if given is None:
+        mean = np.where(no_mean(samples, mean), 0.0, mean)
     periodic = samples - mean
     size = np.maximum(np.abs(samples).max(axis=0), np.abs(mean))
-    constant = np.abs(periodic).max(axis=0) <= MEAN_ROUND_OFF * size
-    periodic[:, constant] = 0.0
-    return periodic
+    periodic[:, np.abs(periodic).max(axis=0) <= MEAN_ROUND_OFF * size] = 0.0
+    return mean, periodic
 
 
 class Side(IntEnum):

@@ -174,21 +174,17 @@ def _rim(surface: Surface) -> Mask:
     edge = np.ones(len(surface.points), dtype=np.bool_)
     for part in surface.parts:
         for node in part:
-            beside, offsets = around(surface, int(node), part[part != node])
-            near = _neighbours(offsets) if len(beside) > 2 else offsets
+            beside, near = around(surface, int(node), part[part != node])
+            if len(beside) > 2:
+                near = near[cell_weights(near) > 0]
+                size = np.linalg.norm(near, axis=1)
+                # times the usual distance of a neighbour: nodes farther away lie across a hole
+                near = near[size <= 1.9 * np.median(size)]
             angles = np.sort(np.arctan2(near[:, 1], near[:, 0]))
             gaps = np.diff(np.append(angles, angles[:1] + 2 * np.pi))
             # width of a sector without neighbours from which on a node is at an edge
             edge[node] = len(near) < 3 or gaps.max() > 0.7 * np.pi
     return edge
-
-
-def _neighbours(offsets: FloatArray) -> FloatArray:
-    """The points about the origin whose cells touch its own, without those across a hole."""
-    near = offsets[cell_weights(offsets) > 0]
-    size = np.linalg.norm(near, axis=1)
-    # times the usual distance of a neighbour: nodes farther away lie across a hole
-    return np.asarray(near[size <= 1.9 * np.median(size)])
 
 
 def around(surface: Surface, node: int, among: IntArray) -> tuple[IntArray, FloatArray]:

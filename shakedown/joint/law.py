@@ -99,10 +99,7 @@ class Layout:
         return np.asarray(np.linalg.norm(self.by_node(change[self.slips]), axis=1))
 
 
-@cache
-def layout_of(n: int, d: int) -> Layout:
-    """The layout for a number of nodes and directions, cached."""
-    return Layout(n, d)
+layout_of = cache(Layout)  # for a number of nodes and directions; what it works out is kept
 
 
 Numbers = NDArray[Any]  # floats, or exact numbers as objects

@@ -234,7 +234,5 @@ def check_places(arrays: Mapping[str, FloatArray]) -> None:
     for first, second in combinations(np.moveaxis(directions, 1, 0), 2):
         slanted = np.abs(np.einsum("ij,ij->i", first, second))
         for j in np.flatnonzero(slanted > DEFAULT.printed_digits):
-            expected = "a direction at a right angle to 'normal'"
-            if given[0] == "tangents":
-                expected = "two directions at right angles to each other and to 'normal'"
+            expected = "directions at right angles to each other and to 'normal'"
             raise wrong_key(given[0], expected, f"the scalar product {slanted[j]:.9g} at node {j}")

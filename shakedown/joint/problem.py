@@ -322,15 +322,14 @@ class Problem(ReadOnly):
 
     def to_dict(self) -> dict[str, Any]:
         """How a document introduces the joint: name, size, labels, units, load path, loads, warnings."""
-        size: dict[str, Any] = {"name": self.name, **self._size}
-        known: dict[str, Any] = {
-            "labels": None if self.label is None else list(self.label),
+        known = {
+            "labels": list(self.label or ()),
             "units": self.units,
+            "load_path": self.load_path if self.is_domain else None,
+            "loads": [load._asdict() for load in self.loads],
+            "warnings": list(self.warnings),
         }
-        known["load_path"] = self.load_path if self.is_domain else None
-        known["loads"] = [load._asdict() for load in self.loads]
-        known["warnings"] = list(self.warnings)
-        return size | {key: value for key, value in known.items() if value}
+        return {"name": self.name, **self._size} | {key: value for key, value in known.items() if value}
 
     @property
     def _size(self) -> dict[str, int]:

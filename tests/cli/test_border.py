@@ -232,9 +232,9 @@ def test_odd_state_numbers(tmp_path, initial):
 
 @pytest.mark.parametrize("device", ["/dev/zero", "/dev/null"])
 def test_devices_are_not_read(tmp_path, device):
-    refused("solve", device, cwd=tmp_path, message="expected an NPZ file, found a device")
+    refused("solve", device, cwd=tmp_path, message="expected an NPZ file, found a pipe, a device or a socket")
     words = ("simulate", "one-node", "--load-factor", "1", "--initial", device)
-    refused(*words, cwd=tmp_path, message="expected an NPY file, found a device")
+    refused(*words, cwd=tmp_path, message="expected an NPY file, found a pipe, a device or a socket")
 
 
 def test_a_pipe_is_not_waited_for(tmp_path):
@@ -321,7 +321,7 @@ def test_shapes_are_compared_before_anything_is_read(tmp_path, monkeypatch):
         "solve",
         "p.npz",
         cwd=tmp_path,
-        message="key 'A': expected a square array (n, n), found shape (1048576,)",
+        message="key 'A': expected a square array (n, n) of at least one contact node, found shape (1048576,)",
     )
 
 

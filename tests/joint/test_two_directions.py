@@ -111,7 +111,7 @@ def test_faces_are_kept_in_files_and_go_with_their_nodes(tmp_path):
         ),
         (
             {"tangents": np.tile([[0.0, 0.6, 0.8], [0.0, 0.8, 0.6]], (3, 1, 1)), "normal": None},
-            "key 'tangents': expected two directions at right angles to each other and to 'normal', "
+            "key 'tangents': expected directions at right angles to each other and to 'normal', "
             "found the scalar product 0.96 at node 0",
         ),
         (
