@@ -66,10 +66,6 @@ class MovingSlips(NamedTuple):
             follow[free] = -np.linalg.lstsq(stiffness[np.ix_(free, free)], stiffness[np.ix_(free, places)])[0]
         return cls(places, follow)
 
-    def is_like(self, other: "MovingSlips") -> bool:
-        """Whether both are of the same slips, with the same nodes open."""
-        return self.follow.shape == other.follow.shape and bool((self.follow == other.follow).all())
-
 
 class Samples(NamedTuple):
     """What the remainder r is, (i, k) [length], at shares of a way, negative where they lie before it."""
@@ -130,10 +126,6 @@ class LocalMap:
     def linear(self, y: FloatArray) -> FloatArray:
         """F + D y."""
         return np.asarray(self.change + self.slopes @ y)
-
-    def predicted(self, y: FloatArray, remainder: FloatArray) -> FloatArray:
-        """The change of the state, (N,), in a period from u + y with this remainder [length]."""
-        return np.asarray(self.moving.follow @ (self.linear(y) + remainder))
 
     def remainder(self, y: FloatArray) -> PeriodStep:
         """r(y), (k,), by a period from there; NaN where none can be followed, or where other nodes slip."""
@@ -346,7 +338,8 @@ class SlopeLeaps:
             there = local.follow(local.at(y))
             if there is None:
                 return None, np.inf
-            predicted = local.predicted(y, share ** np.arange(1, len(polynomial) + 1) @ polynomial)
+            remainder = share ** np.arange(1, len(polynomial) + 1) @ polynomial
+            predicted = local.moving.follow @ (local.linear(y) + remainder)
             left = max(local.measure.size(there.change), self.LEFT * now)
             deviation = local.measure.deviation(there.change, predicted, left)
             strain = max(strain, deviation / min(self.SURE, allowed * now / left))
@@ -390,7 +383,8 @@ class SlopeLeaps:
         shares, values = [], []
         for point in reversed(self.starts):
             back = (self.gone - point.periods) / periods
-            if 1.0 / NEXT_TO_IT <= back <= NEXT_TO_IT and point.moving.is_like(local.moving):
+            alike = np.array_equal(point.moving.follow, local.moving.follow)  # slips, and open nodes
+            if alike and 1.0 / NEXT_TO_IT <= back <= NEXT_TO_IT:
                 shares.append(-back)
                 values.append(point.change - local.linear((point.state - local.start)[local.moving.places]))
         return Samples(np.array(shares), np.array(values).reshape(-1, len(local.change))).first(MOST_EARLIER)
