@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball, holding_ball
 from shakedown.bounds.registry import BOUNDS, takes_long
 from shakedown.ground.constants import FloatArray
-from shakedown.ground.errors import Missing, UsageError, sought
+from shakedown.ground.errors import allowed
 from shakedown.ground.status import Outcome
 from shakedown.ground.work_limit import on_one_thread
 from shakedown.joint.arguments import once_per_problem
@@ -406,14 +406,13 @@ def energy_proof(state: LongTermState) -> EnergyProof:
     """
     for best in (False, True) if state.problem.directions > 1 else (True,):
         ball = _ball(state, best=best)
-        if not isinstance(ball, EnergyBall):
+        if ball is None:
             break
         cycles = comes_into(ball, state)
         if cycles is not None:
             return replace(_proof_of(ball, state, best=best), cycles=cycles)
     # A ball that holds the start also holds the state at rest, so where none does λ_E is not computed.
-    known = is_known(state.begun)
-    asked = best or ball is not None or known
+    asked = ball is not None or is_known(state.begun)
     if asked and proving_bound(state.begun) is not None:
         return EnergyProof(True, cycles=0, by=ENERGY)
     return slip_proof(state)
@@ -460,7 +459,7 @@ def with_margins(state: LongTermState) -> EnergyProof:
     """
     for split in (False, True) if takes_long(state.problem) else (True,):
         ball = _ball(state, best=True, split=split)
-        if isinstance(ball, EnergyBall):
+        if ball is not None:
             return _proof_of(ball, state, best=True)
     return EnergyProof(True)
 
@@ -498,16 +497,19 @@ def _cycles_left(away: float, margin: float, contraction: float) -> float:
     return log(margin / away) / log(contraction) if contraction < 1.0 else inf
 
 
-def _ball(state: LongTermState, *, best: bool, split: bool = True) -> EnergyBall | Missing | None:
+@on_one_thread
+def ball_about(begun: Passage, slip: FloatArray, open_nodes: tuple[int, ...]) -> EnergyBall | None:
+    """A ball that holds a state with these nodes open; None where there is none, or no such zone."""
+    asked = begun.problem, begun.load_factor, slip, open_nodes, begun.tolerances
+    found = allowed(holding_ball, *asked)
+    return found if isinstance(found, EnergyBall) and found.contains(slip) else None
+
+
+def _ball(state: LongTermState, *, best: bool, split: bool = True) -> EnergyBall | None:
     """A ball that holds the state at rest, or the best one; None where there is none, or no such zone."""
-    about, slip = (state.problem, state.load_factor), state.final_slip
-    opened, tolerances = state.open_nodes, state.begun.tolerances
-    try:
-        if best:
-            more: dict[str, Any] = {"open_nodes": opened, "split": split, "tolerances": tolerances}
-            found = sought(energy_ball, *about, around=slip, transient=False, **more)
-        else:
-            found = sought(holding_ball, *about, slip, opened, tolerances)
-    except UsageError:  # there is no such zone
-        return None
-    return found if isinstance(found, Missing) or found.contains(slip) else None
+    slip, opened = state.final_slip, state.open_nodes
+    if not best:
+        return ball_about(state.begun, slip, opened)
+    more: dict[str, Any] = {"open_nodes": opened, "split": split, "tolerances": state.begun.tolerances}
+    found = allowed(energy_ball, state.problem, state.load_factor, around=slip, transient=False, **more)
+    return found if isinstance(found, EnergyBall) and found.contains(slip) else None

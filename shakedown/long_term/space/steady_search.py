@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.bounds.energy.energy_ball import holding_ball
 from shakedown.bounds.every_state.universal_bound import universal_bound
 from shakedown.ground.constants import (
     DISTINCT,
@@ -52,6 +51,7 @@ from shakedown.long_term.space.measure import STATE_ROUND_OFF
 from shakedown.long_term.state import (
     VARIES_LITTLE,
     LongTermState,
+    ball_about,
     of_long_term_period,
     opened_and_closed,
 )
@@ -353,18 +353,21 @@ def overruled_by_proofs(state: LongTermState) -> LongTermState:
     stopped = state.stop is not None and not state.stop.spent
     if state.outcome == Outcome.SHAKEDOWN or stopped or _closes(state, CLEAR):
         return state
-    begun, has_begun = state.begun, state.cycles_simulated > 0
-    if not has_begun and len(transient_path(begun.problem)):
-        proof = proof_from_start(begun)
-        return _proved_at_rest(state, proof) if proof else state
-    if not (state.goal.contact == OPEN).any() and beyond_all(begun):
+    begun, goal, has_begun = state.begun, state.goal, state.cycles_simulated > 0
+    opened = tuple(np.flatnonzero(goal.contact == OPEN).tolist())
+    of_start_only = not has_begun and len(transient_path(begun.problem)) > 0
+    if not of_start_only and not opened and beyond_all(begun):
         return _proved_to_slip(state)
-    proof = proof_from_start(begun)
-    if not proof and not (state.goal.contact == OPEN).any():
+    proof, slip = proof_from_start(begun), goal.u[begun.problem.layout.slips]
+    if not proof and not opened and not of_start_only:
         proof = proof_from_every_state(begun)
-    if not proof and has_begun and not _closes(state, THREE_DIGITS):  # of the start, λ_E has told
-        proof = proof_by_ball(begun, state.goal)
-    return _proved_at_rest(state, proof) if proof else _proved_to_slip(state)
+    about_here = not proof and has_begun and not _closes(state, THREE_DIGITS)  # of the start, λ_E has told
+    if about_here and ball_about(begun, slip, opened) is not None:
+        proof = "an energy ball holds the state that it has come to"
+    if not proof:
+        return state if of_start_only else _proved_to_slip(state)
+    why = f"proved, {proof}; the search has not come to rest: {state.reason}"
+    return _with_last_cycle(state, Outcome.SHAKEDOWN, why)
 
 
 def _proved_to_slip(state: LongTermState) -> LongTermState:
@@ -386,21 +389,8 @@ def _proved_to_slip(state: LongTermState) -> LongTermState:
     known += f", and below λ = {short(lifts)} no slip opens a node, but in a jump"
     if can_drift(problem):
         return replace(state, reason=f"{state.reason}; it slips in every cycle, and may drift: {known}")
-    return _with_last_cycle(
-        state,
-        Outcome.CYCLIC_SLIP,
-        f"proved, {known}; the numbers are those of the last cycle: {state.reason}",
-    )
-
-
-@on_one_thread
-def proof_by_ball(begun: Passage, reached: State) -> str:
-    """What proves it by an energy ball about the state reached."""
-    opened = tuple(np.flatnonzero(reached.contact == OPEN).tolist())
-    slip = reached.u[begun.problem.layout.slips]
-    ball = allowed(holding_ball, begun.problem, begun.load_factor, slip, opened, begun.tolerances)
-    inside = not isinstance(ball, Missing) and bool(ball.contains(slip))
-    return "an energy ball holds the state that it has come to" if inside else ""
+    why = f"proved, {known}; the numbers are those of the last cycle: {state.reason}"
+    return _with_last_cycle(state, Outcome.CYCLIC_SLIP, why)
 
 
 def _closes(state: LongTermState, errors: float) -> bool:
@@ -410,12 +400,6 @@ def _closes(state: LongTermState, errors: float) -> bool:
     slip = float(state.slip_per_cycle.max())
     missed = state.return_error * scales(state.begun.problem, state.load_factor).length
     return bool(missed <= CLEAR * slip and state.error <= errors * slip)
-
-
-def _proved_at_rest(state: LongTermState, proof: str) -> LongTermState:
-    """Shakedown with the numbers of one cycle from the end of the search."""
-    why = f"proved, {proof}; the search has not come to rest: {state.reason}"
-    return _with_last_cycle(state, Outcome.SHAKEDOWN, why)
 
 
 def _with_last_cycle(state: LongTermState, outcome: Outcome, reason: str) -> LongTermState:
@@ -526,9 +510,12 @@ class SteadySearches:
             again = replace(again, cycles_simulated=cycles, most_cycles=rules.most_cycles)
             if not again.period:
                 return replace(found, reason=f"{found.reason}: {NOT_CERTAIN}", cycles_simulated=cycles)
-            if _are_alike(again, found):
-                return again
+            # of the slip per period: by so little it is uncertain, and differs from the one before
+            slip, before = again.slip_per_cycle.max(), found.slip_per_cycle.max()
+            alike = (again.outcome, again.period) == (found.outcome, found.period)
             found = again
+            if alike and abs(slip - before) <= THREE_DIGITS * slip:
+                break
         return found
 
     def _path(self, found: LongTermState) -> list[EventHistory]:
@@ -557,11 +544,3 @@ class SteadySearches:
             )
             for state, violation in zip(found, violations.tolist(), strict=True)
         ]
-
-
-def _are_alike(one: LongTermState, other: LongTermState) -> bool:
-    """Whether outcome and slip of a period are the same of two searches, within their certainty."""
-    alike = (one.outcome, one.period) == (other.outcome, other.period)
-    # of the slip per period: by so little it is uncertain, and differs from the one before
-    slip, before = one.slip_per_cycle.max(), other.slip_per_cycle.max()
-    return alike and bool(abs(slip - before) <= THREE_DIGITS * slip)
