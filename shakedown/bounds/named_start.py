@@ -47,7 +47,7 @@ def named_start(
                 "initial slip 'witness': expected one tangential direction, found two "
                 "(it is of a first collapse; zero, safe and given are there in space, too)"
             )
-        slip = lower_bound(problem, guarantee=False).slip
+        slip = lower_bound(problem).slip
         return _existing(slip, "a critical slip state of the first collapse", load_factor)
     raise UsageError(
         f"initial slip: expected numbers or one of {', '.join(NAMES)}, found {shortened(name)!r}"

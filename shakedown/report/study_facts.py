@@ -39,7 +39,7 @@ def critical_sheet(problem: Problem, found: CriticalLoadFactors) -> Sheet:
     """The smallest critical load factor, where its limits meet, and where asked for all of them."""
     from shakedown.bounds.collapse.lower import lower_bound  # loads the solvers
 
-    facts, said = critical_facts(found, lower_bound(problem, guarantee=False))
+    facts, said = critical_facts(found, lower_bound(problem))
     smallest, tables = found.smallest_positive, []
     if smallest.rows:
         limits = ", ".join(f"{problem.node_name(node)} {SIDE_NAMES[side]}" for node, side in smallest.rows)

@@ -117,7 +117,6 @@ ACCURACY = {1: SEVEN_DIGITS, 2: FOUR_DIGITS}  # relative, of the load factor, by
 PARTS = {1: (1,), 2: (1, FINER**2)}  # numbers of parts of a 96th of the circle, undivided at first
 FIRST_STEP = 64.0  # times the accuracy: first step above what is proved already
 BACK = (0.0, 1e-9, 1e-7, 1e-5)  # relative steps back from a load factor until its conditions are confirmed
-UNLIMITED = "no load factor takes any node nearer to slipping"
 FRICTIONLESS, ROUND_OFF_ALONE = "frictionless", "round-off"
 REASONS = {
     FRICTIONLESS: "a node without friction slips under any load",
@@ -353,7 +352,7 @@ def _confirmed(problem: Problem, start: Start, found: FoundArcs, why: NoLids | N
                 status=Status.OPTIMAL if load_factor < inf else Status.UNBOUNDED,
                 load_factor=load_factor,
                 evidence=evidence,
-                reason="" if load_factor < inf else UNLIMITED,
+                reason="" if load_factor < inf else "no load factor takes any node nearer to slipping",
                 certified=load_factor if exact else None,
             )
     return replace(_nothing(start, NoLids(ROUND_OFF_ALONE, -1)), status=Status.UNDECIDED)

@@ -61,25 +61,6 @@ class Arcs:
         return np.where(opposite, -np.hypot(y[..., 0], y[..., 1]), found)
 
 
-class Grouped(NamedTuple):
-    """Arcs, with the cells that hold them, arc by arc; one that two arcs meet in stands with both.
-
-    Attributes
-    ----------
-    arcs
-        K of them.
-    arc, cell : (k,)
-        The arc of every chosen cell, in order, and its number among all cells.
-    corner : (k, 1 or 3)
-        The corners of these cells whose hull holds the arc: the tips and the ends of the arc.
-    """
-
-    arcs: Arcs
-    arc: Numbers
-    cell: Numbers
-    corner: Flags
-
-
 @dataclass(frozen=True, eq=False)
 class Cells:
     """Sectors of directions that make up the circle of every node, in order; in the plane its two directions.
@@ -127,8 +108,13 @@ class Cells:
         start = self.start[place] + within * size
         return replace(self, node=self.node[place], start=start, size=size, chosen=self.chosen[place]), place
 
-    def arcs(self) -> "Grouped | None":
-        """The arcs formed by the chosen cells; None where these fill a circle."""
+    def arcs(self) -> tuple[Arcs, Numbers, Numbers, Flags] | None:
+        """The arcs formed by the chosen cells; None where these fill a circle.
+
+        With the arc (k,) of every chosen cell, in order, its number among all cells (k,), and which of its
+        corners (k, 1 or 3) hold the arc in their hull: the tips and the ends of the arc. A cell that two arcs
+        meet in stands with both.
+        """
         runs: list[tuple[Numbers, float, float]] = []
         for node in np.unique(self.node[self.chosen]).tolist():
             mine = np.flatnonzero(self.node == node)
@@ -145,7 +131,7 @@ class Cells:
         corner = np.stack([begins, ends, np.ones(len(arc), dtype=bool)], axis=1)[:, : 1 if self.d == 1 else 3]
         node, (low, high) = self.node[cell[begins]], np.array([run[1:] for run in runs]).reshape(-1, 2).T
         arcs = Arcs(node, self._directions(node, low), self._directions(node, high))
-        return Grouped(arcs, arc, cell, corner)
+        return arcs, arc, cell, corner
 
     def _directions(self, node: Numbers, angle: Numbers | FloatArray) -> FloatArray:
         turn = self.origin[node] + 2.0 * np.pi * angle / self.circle

@@ -191,15 +191,6 @@ def _value(outcome: Solution) -> float:
     return float(outcome.x[-1]) if outcome.optimal else inf
 
 
-def collapse_excess(rows: Constraints, node: int, x: FloatArray) -> float:
-    """Largest relative violation of the rows, those of the collapsing node reversed."""
-    excess = rows.relative_excess(x[:-1], float(x[-1]))
-    return float(np.where(rows.limits_of(node), -excess, excess).max())
-
-
-VANISHING = "all safe slips vanish together at λ_max, before any node collapses"
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class FirstCollapse(Evidence):
     """What only the first collapse λ_1 has, and how far it is a guarantee.
@@ -389,7 +380,7 @@ def _collapse(
     else:
         x = np.append(rows.slips(outcome.x[:-1]), outcome.x[-1])
         y, active, certified = -outcome.multipliers, outcome.meeting[0], None
-    load_factor = float(x[-1])
+    load_factor, excess = float(x[-1]), rows.relative_excess(x[:-1], float(x[-1]))
     return Bound(
         kind="lower",
         status=Status.OPTIMAL,
@@ -399,7 +390,7 @@ def _collapse(
         reason=_at_the_mean_load(problem, node) if load_factor == 0.0 else "",
         active=rows_named(rows, active),
         multipliers=y,
-        residual=collapse_excess(rows, node, x),
+        residual=float(np.where(rows.limits_of(node), -excess, excess).max()),
         certified=certified,
         uncertified=found.reason if isinstance(found, Missing) else "",
         disputed=isinstance(found, Disputed),
@@ -411,7 +402,7 @@ def _collapse(
 def _vanishing(problem: Problem, upper: Bound, tolerances: Tolerances) -> Bound:
     """The answer where no safe slip is left at λ_max, and no node has lost its range of slips before."""
     return _without_collapse(problem, Status.OPTIMAL, upper.load_factor, tolerances).but(
-        reason=VANISHING,
+        reason="all safe slips vanish together at λ_max, before any node collapses",
         collapse_limits=np.full(problem.n, inf),
         active=upper.active,
         multipliers=upper.multipliers,

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from math import inf, nan
-from typing import NamedTuple, TypeGuard
+from typing import TypeGuard
 
 import numpy as np
 
@@ -143,14 +143,6 @@ def _proved(program: DiscProgram, end: SelfDualSolution) -> float:
     return value / float(of_w[-1]) if of_w[-1] > 0 else nan
 
 
-class BallMargin(NamedTuple):
-    """The largest margin of all limits, relative to their sizes, and where."""
-
-    margin: float
-    slip: FloatArray
-    load_factor: float
-
-
 def _found(
     limits: BallLimits,
     about: LimitsAbout,
@@ -224,14 +216,17 @@ def least_load(limits: BallLimits, start: FloatArray, distance: float) -> float:
     return -end.value if -end.value > ROUND_OFF else 0.0
 
 
-def ball_margin(limits: BallLimits, start: FloatArray, distance: float) -> BallMargin:
-    """The largest margin, relative, that all limits leave at any load factor to a ball that holds a slip."""
+def ball_margin(limits: BallLimits, start: FloatArray, distance: float) -> tuple[FloatArray, float, float]:
+    """The largest margin, relative, that all limits leave at any load factor to a ball that holds a slip.
+
+    Returns its centre, the load factor, and this margin.
+    """
     about = limits_about(limits, start, distance)
     y, w = _widest(about.widest_program(ball=True))
     load_factor, radius = max(float(w[-2]), 0.0), float(np.linalg.norm(y)) + about.offset
     slip = start + limits.metric.inverse @ y * about.length
     margin = about.margin(y, radius, load_factor)
-    return BallMargin(margin, slip, load_factor * about.load_unit)
+    return slip, load_factor * about.load_unit, margin
 
 
 def widest(limits: BallLimits, load_factor: float) -> tuple[FloatArray, float]:

@@ -38,11 +38,7 @@ from shakedown.joint.result import Result
 NO_SAFE_SLIP = "no slip keeps every node within its friction limits at this load factor"
 NOT_HELD = "no ball at this load factor reaches the state given"
 NO_SLACK = "no slip leaves every node a margin to both its friction limits at this load factor"
-ALL_ADMISSIBLE = "slip of one node shifts no limit of another: every admissible state shakes down"
-WEDGED = "the centre may move away without end, and the radius grows with it: this is one ball of many"
 TOO_FAR = "no safe slip is close enough to the initial slip"
-AT_NO_LOAD = "no load factor is proved for all of its uncoupled parts at once"
-UNLIMITED = "the ball about some safe slip holds the initial slip at every load factor"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -107,11 +103,6 @@ class EnergyBall(Result):
         """Where the joint can move as a whole: the slips that ``slip`` is given relative to, by number."""
         closed = self._closed
         return tuple(int(closed[k]) for k in self.metric.pinned)
-
-    @property
-    def nodes(self) -> tuple[int, ...]:
-        """The nodes that limit the ball."""
-        return tuple(dict.fromkeys(node for node, _ in self.active))
 
     def distance(self, slip: ArrayLike) -> FloatArray:
         """Energy distance of slips (…, n) from the centre, (…) [√(force · length)]; inf without a ball."""
@@ -258,9 +249,6 @@ def no_bound(start: FloatArray, distance: float, reason: str, status: Status = S
     )
 
 
-JUST_LESS = 1.0 - 10 * ROUND_OFF  # factor on a radius that must be strictly smaller
-
-
 @checked
 def energy_ball(
     problem: Problem,
@@ -314,8 +302,8 @@ def energy_ball(
     --------
     >>> import shakedown
     >>> ball = shakedown.energy_ball(shakedown.example("two-node"), 0.36957278)
-    >>> round(ball.radius, 3), ball.status, ball.nodes
-    (63.312, <Status.OPTIMAL: 'optimal'>, (0, 1))
+    >>> round(ball.radius, 3), ball.status
+    (63.312, <Status.OPTIMAL: 'optimal'>)
     >>> ball.contains(ball.slip), ball.contains([[0.0, 0.0], [9.0, 9.0]])
     (np.True_, array([ True, False]))
     """
@@ -385,7 +373,7 @@ def _in_zone(
         most = closed_radius(zone.joint, limits.metric, ball.slip, (load_factor,))
         if ball.radius < most:
             return ball
-        most *= JUST_LESS
+        most *= 1.0 - 10 * ROUND_OFF  # strictly smaller
         inner = most * (1.0 - tolerances.feasibility)
         capped = replace(ball, status=Status.OPTIMAL, reason="", radius=most, inner_radius=inner)
         simple = _ball(zone, limits, load_factor, held, tolerances, split=False)
@@ -423,7 +411,8 @@ def _ball(
     if not each.spread.any():  # no slip shifts a limit of another node
         slip, margin = widest(each, load_factor)
         if margin > tolerances.feasibility:
-            return result(each, Status.UNBOUNDED, ALL_ADMISSIBLE, slip=slip, radius=inf)
+            reason = "slip of one node shifts no limit of another: every admissible state shakes down"
+            return result(each, Status.UNBOUNDED, reason, slip, inf)
         if not limits.own.any():
             return result(limits, Status.INFEASIBLE, NO_SLACK)
     if held is None:
@@ -438,14 +427,10 @@ def _ball(
     if not leaves_margins(found.limits, found.slip, load_factor, tolerances):
         return result(limits, Status.INFEASIBLE, NO_SLACK)
     most = float(np.min(slack[spread > 0] / spread[spread > 0]))  # what the limits allow in floats
-    return result(
-        found.limits,
-        found.status,
-        WEDGED if found.status == Status.UNBOUNDED else "",
-        slip=found.slip,
-        radius=max(0.0, min(found.radius, most)),
-        active=found.limits.names(found.carrying),
-    )
+    wedged = "the centre may move away without end, and the radius grows with it: this is one ball of many"
+    reason, radius = wedged if found.status == Status.UNBOUNDED else "", max(0.0, min(found.radius, most))
+    active = found.limits.names(found.carrying)
+    return result(found.limits, found.status, reason, found.slip, radius, active)
 
 
 def _result(
@@ -454,23 +439,22 @@ def _result(
     limits: BallLimits,
     status: Status,
     reason: str,
-    *,
     slip: FloatArray | None = None,
     radius: float = 0.0,
     active: tuple[tuple[int, int], ...] = (),
 ) -> EnergyBall:
     """The ball about a slip with a relative radius; without one there is none."""
-    needed = radius if isfinite(radius) else 0.0
+    size, needed = radius * limits.metric.unit, radius if isfinite(radius) else 0.0
     return EnergyBall(
         status=status,
         load_factor=load_factor,
-        radius=radius * limits.metric.unit,
+        radius=size,
         slip=np.full(limits.n, nan) if slip is None else slip,
         active=active,
         residual=nan if slip is None else limits.residual(slip, load_factor, needed),
         reason=reason,
         metric=limits.metric,
-        inner_radius=radius * limits.metric.unit * (1.0 - tolerances.feasibility),
+        inner_radius=size * (1.0 - tolerances.feasibility),
         share=limits.share,
     )
 

@@ -20,10 +20,8 @@ from shakedown.bounds.energy.ball_search import (
     least_load,
 )
 from shakedown.bounds.energy.energy_ball import (
-    AT_NO_LOAD,
     NO_SLACK,
     TOO_FAR,
-    UNLIMITED,
     BallEvidence,
     EnergyCertificate,
     closed_radius,
@@ -38,10 +36,6 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, checked_initial_slip
 from shakedown.joint.contact_zone import Part, Zone, coupled_parts, of_slips, weakest
 from shakedown.joint.problem import Problem
-
-NOT_CLEARLY = "as stored A without the pinned slips is not clearly positive definite"
-PART_BY_PART = "confirmed part by part, but not of all parts at one load factor"
-NOWHERE_STRICT = "near the optimum no slip and radius satisfy all conditions strictly"
 
 
 @checked
@@ -137,7 +131,8 @@ def _of_parts(parts: tuple[Part, ...], found: list[Bound]) -> Bound:
     start = of_slips(parts, (each.initial_slip for each in found))
     least = float(np.max([each.least_load_factor for each in found]))
     if bound.status in (Status.OPTIMAL, Status.UNBOUNDED) and not least < bound.load_factor:
-        return replace(no_bound(start, bound.distance, AT_NO_LOAD), parts=tuple(found))
+        reason = "no load factor is proved for all of its uncoupled parts at once"
+        return replace(no_bound(start, bound.distance, reason), parts=tuple(found))
     slip = np.full_like(start, nan)
     if bound.status == Status.OPTIMAL:
         centres = (each.slip if each.status == Status.OPTIMAL else each.initial_slip for each in found)
@@ -149,7 +144,7 @@ def _of_parts(parts: tuple[Part, ...], found: list[Bound]) -> Bound:
         least_of_all = min(known, key=lambda each: each.load_factor)
         certificate = replace(least_of_all, slip=of_slips(parts, (each.slip for each in known)))
     elif known:
-        doubts.append(PART_BY_PART)
+        doubts.append("confirmed part by part, but not of all parts at one load factor")
     return bound.but(
         least_load_factor=least,
         slip=slip,
@@ -188,15 +183,16 @@ def _certificate(zone: Zone, bound: Bound, tolerances: Tolerances) -> EnergyCert
     limits = ball_limits(zone, tolerances=tolerances).shared(bound.share)
     exact = ExactBall(zone.joint, bound.share)
     if not exact.regular:
-        return Missing(limits.rigid.doubt or NOT_CLEARLY)
-    widest = ball_margin(limits, bound.initial_slip, bound.distance)
+        unclear = "as stored A without the pinned slips is not clearly positive definite"
+        return Missing(limits.rigid.doubt or unclear)
+    inner, below, _ = ball_margin(limits, bound.initial_slip, bound.distance)
     for part in (10.0**digits for digits in range(-14, -2)):
-        slip = (1 - part) * bound.slip + part * widest.slip
-        lower = (1 - part) * bound.load_factor + part * widest.load_factor
+        slip = (1 - part) * bound.slip + part * inner
+        lower = (1 - part) * bound.load_factor + part * below
         radius = nextafter(float(exact.radius_to(slip, bound.initial_slip, bound.distance)), inf)
         if exact.holds(lower, slip, radius):
             return EnergyCertificate(lower, slip, radius)
-    return Missing(NOWHERE_STRICT)
+    return Missing("near the optimum no slip and radius satisfy all conditions strictly")
 
 
 def _of_closed(
@@ -254,12 +250,13 @@ def _largest(
             return nothing("the limits contradict each other, but no multipliers prove it", Status.UNDECIDED)
         return nothing(TOO_FAR, active=limits.names(found.carrying), residual=left)
     growing = found.status == Status.UNBOUNDED
-    if growing and not ball_margin(limits, start, distance).margin > tolerances.feasibility:
+    if growing and not ball_margin(limits, start, distance)[-1] > tolerances.feasibility:
         return nothing(TOO_FAR)  # a direction of growth, but nothing to start from
     falling = _is_centred(zone.joint) or limits.hold_below
     least = 0.0 if falling else least_load(limits, start, distance)
     if growing:
-        return nothing(UNLIMITED, Status.UNBOUNDED, load_factor=inf, least_load_factor=least)
+        reason = "the ball about some safe slip holds the initial slip at every load factor"
+        return nothing(reason, Status.UNBOUNDED, load_factor=inf, least_load_factor=least)
     if not leaves_margins(limits, found.slip, 0.5 * (least + found.value), tolerances):
         return nothing(NO_SLACK)
     return _optimal(found, start, distance, least)

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -263,10 +262,10 @@ class RigidRates:
         pull = np.stack([np.where(sure, 2.0 * limit, high + long + firm) for limit in (low, high)], axis=1)
         reach = np.sqrt(np.sum(pull.mean(axis=1) ** 2 / self.weights, axis=1) * self.stretch)
         squares = 0.5 * pull**2 / self.weights * self.stretch / reach[:, None, None]
-        loads = [_Load(*each) for each in zip(squares, 0.5 * reach, share * held, strict=True)]
+        loads = list(zip(squares, 0.5 * reach, share * held, strict=True))
         return all(self._on_face(axis, loads) for axis in range(self.motions.shape[2]))
 
-    def _on_face(self, axis: int, loads: "list[_Load]") -> bool:
+    def _on_face(self, axis: int, loads: "Loads") -> bool:
         """All motions c with c[axis] = 1 ≥ |c_k|, in ever smaller boxes until all pass, or a centre fails."""
         others = self.motions.shape[2] - 1
         signs = np.insert(np.array(list(product((-1.0, 1.0), repeat=others))), axis, 0.0, axis=1)
@@ -279,9 +278,9 @@ class RigidRates:
             sizes = self._sizes(np.insert(np.array(list(product(line, repeat=others))), axis, 1.0, axis=1))
             fed = np.linalg.norm(sizes @ self.feeds, axis=1) * (1.0 + NEGLIGIBLE) + self._round_off
             least = np.maximum(sizes - spread.max(axis=0) / parts, 0.0)
-            if not all(load.holds(fed, sizes).all() for load in loads):
+            if not _outweighed(loads, fed, sizes):
                 return False
-            if all(load.holds(fed + feed_off / parts, least).all() for load in loads):
+            if _outweighed(loads, fed + feed_off / parts, least):
                 return True
         return False
 
@@ -304,24 +303,21 @@ class RigidRates:
         return float(len(self.feeds) * np.finfo(float).eps * np.abs(self.feeds).max() * 8)
 
 
-class _Load(NamedTuple):
-    """Under one load (S + κ) ‖Σ |z_i| feeds_i‖ < Σ held_i |z_i|, S a sum of squares, at whatever pressures.
+Loads = list[tuple[FloatArray, float, FloatArray]]
 
-    ``squares`` and ``held`` (2, n) at the least and the largest pressure of every node; squares are convex in
-    it and ``held`` is linear, so that these are the worst. √x ≤ (x/κ + κ)/2 for any κ.
+
+def _outweighed(loads: Loads, fed: FloatArray, sizes: FloatArray) -> bool:
+    """Whether (S + κ) ‖Σ |z_i| feeds_i‖ < Σ held_i |z_i| under each load, S a sum of squares.
+
+    For motions that feed so much (b,), with |z_i| (b, n). Of each load the squares (2, n), κ and ``held``
+    (2, n) at the least and the largest pressure of every node; squares are convex in it and ``held`` is
+    linear, so that these are the worst. √x ≤ (x/κ + κ)/2 for any κ.
     """
-
-    squares: FloatArray
-    kappa: float
-    held: FloatArray
-
-    def holds(self, fed: FloatArray, sizes: FloatArray) -> NDArray[np.bool_]:
-        """For motions that feed so much (b,), with |z_i| (b, n)."""
-        least, largest = (
-            fed[:, None] * squares - sizes * held
-            for squares, held in zip(self.squares, self.held, strict=True)
-        )
-        return np.asarray(np.maximum(least, largest).sum(axis=1) + fed * self.kappa < 0.0)
+    for squares, kappa, held in loads:
+        least, largest = fed[:, None] * squares[:, None] - sizes * held[:, None]
+        if not (np.maximum(least, largest).sum(axis=1) + fed * kappa < 0.0).all():
+            return False
+    return True
 
 
 def rigid_rates(joint: ScaledJoint) -> RigidRates:

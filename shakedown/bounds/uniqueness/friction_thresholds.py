@@ -39,7 +39,6 @@ PROGRAMS = 60  # linear programs that one search may take
 QUICK = 16  # of them just below the last slip that wedges; the others halve the bracket
 LARGEST = 1e8  # friction up to which a wedged state is looked for
 NO_REACTION = 100 * ROUND_OFF  # reactions, relative to the terms of their sum, that count as zero
-NOT_SEARCHED = f"a wedged state is looked for up to {LARGEST_PROBLEM} nodes only"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -99,7 +98,8 @@ def wedging_threshold(stiffness: ScaledStiffness, safe: float) -> Wedging:
     if not stiffness.weighted.any():
         return Wedging(np.inf, np.inf, none)
     if stiffness.n > LARGEST_PROBLEM:  # the programs would take minutes
-        return Wedging(safe / unit, np.inf, none, reason=NOT_SEARCHED)
+        reason = f"a wedged state is looked for up to {LARGEST_PROBLEM} nodes only"
+        return Wedging(safe / unit, np.inf, none, reason=reason)
     least = NEGLIGIBLE * np.abs(stiffness.A).max() / np.abs(stiffness.weighted).max()
     factor = largest = LARGEST * least / NEGLIGIBLE
     ways, spare = slips_held_by_friction(stiffness), np.ones(stiffness.n)

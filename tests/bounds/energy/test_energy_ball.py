@@ -40,7 +40,7 @@ def test_what_the_ball_says_of_a_state():
         assert (ball.distance(moved) <= ball.radius * (1 + 1e-12)).all()
     assert ball.contains(ball.slip)
     assert ball.distance([1e300, 1e300, -1e300]) == np.inf
-    assert ball.nodes
+    assert ball.active
 
 
 def test_the_radius_falls_to_nothing_at_the_largest_load_factor():
