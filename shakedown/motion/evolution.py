@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
 from shakedown.ground.status import OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import count_work, work_is_left
+from shakedown.ground.work_limit import work_is_left
 from shakedown.joint.arguments import check_arguments, checked, checked_damping, require_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -126,7 +126,7 @@ class Evolution(Motion):
         self.done, self.stop = done, None
         self.left, self.slides = False, False
         self.jumps: list[Jump] = []  # of the present cycle
-        self._nudged: tuple[int, float, int] | None = None  # load step, time in it, retries of the last jump
+        self._nudged = -1, 0.0, 0  # load step of the last jump, time in it, retries there
 
     def violation(self, state: State) -> float:
         """The relative violation of the contact and friction law by a state between two cycles."""
@@ -146,7 +146,6 @@ class Evolution(Motion):
         goes_on = True
         while goes_on:  # ends, as events per load step, jumps per cycle and cycles are limited
             status = method.follow(1 if before == 0 else cycles)
-            count_work(method.effort)
             found = status in method.passable and method.finds_way_on()
             self.pieces += method.recorded(before)
             self.done = before + method.motion.passes
@@ -183,7 +182,8 @@ class Evolution(Motion):
             return False
         if len(self.jumps) == MOST_JUMPS * self.problem.n * (len(path) - 1):
             return False
-        retries, rate = self._retries(step, now), path[step + 1] - path[step]
+        again = self._nudged[:2] == (step, now)  # the load has not changed since the last jump
+        retries, rate = (self._nudged[2] + 1 if again else 0), path[step + 1] - path[step]
         if retries == MOST_RETRIES or not rate.any():
             return False
         nudge = NEGLIGIBLE * self.scale.force * 4.0**retries / float(np.abs(rate).max())
@@ -211,12 +211,6 @@ class Evolution(Motion):
         method.slip[:] += np.where(closed, self.problem.law.size(jump.v_after - jump.v_before), 0.0)
         self.jumps.append(jump)
         return True
-
-    def _retries(self, step: int, time: float) -> int:
-        """How often the state has jumped from this instant, with no change of load since the last jump."""
-        if self._nudged is None or self._nudged[:2] != (step, time):
-            return 0
-        return self._nudged[2] + 1
 
     @property
     def history(self) -> EventHistory:

@@ -37,15 +37,15 @@ class PlaneEvents(EventMethod):
         The equations of the moving nodes, and their rates, as compiled loops take them.
     passable
         Ends of the loop after which there may be a way on (:meth:`finds_way_on`).
-    effort, error
-        Not counted: a cycle takes milliseconds. No error: the path is exact.
+    error
+        None: the path is exact.
     """
 
     run: PlaneRun
     motion: PlaneMotion
     new_record = staticmethod(empty_record)
     passable = (NO_RATES,)
-    effort, error = 0, 0.0
+    error = 0.0
 
     def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
         self.active, self.rates = active_set(kappa, problem.f), rates(problem.n)

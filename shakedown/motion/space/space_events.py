@@ -236,12 +236,8 @@ class SpaceEvents(EventMethod):
             if worn or (joint.free != free_places(self.problem.f, self.contact)).any():
                 arrange_afresh(joint, motion)
         status: int = follow_curve(self.run, EFFORT)
+        count_work(self.run.control.effort)
         return status
-
-    @property
-    def effort(self) -> int:
-        """What the loop has taken since it was last entered [multiplications and additions]."""
-        return int(self.run.control.effort)
 
     @property
     def error(self) -> float:
