@@ -6,8 +6,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import NoReturn
 
-INTERRUPTED, TERMINATED = 130, 143
-
 
 def main() -> NoReturn:
     """Run the command line and end the process; every failure is one line on stderr and an exit code.
@@ -31,11 +29,11 @@ def main() -> NoReturn:
 
 
 def _interrupted(*_: object) -> NoReturn:
-    _leave(b"interrupted", INTERRUPTED)
+    _leave(b"interrupted", 130)
 
 
 def _terminated(*_: object) -> NoReturn:
-    _leave(b"terminated", TERMINATED)
+    _leave(b"terminated", 143)
 
 
 def _leave(word: bytes, code: int) -> NoReturn:

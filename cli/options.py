@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 from collections.abc import Callable
 from functools import partial, reduce
@@ -27,9 +28,7 @@ CLAIMS = f"{__name__}.claims"  # in a context: what the call reads and writes: n
 PICTURES = (".png", ".svg", ".pdf")
 NODE_FILES = (".csv", ".vtu", ".vtp")
 SERIES_FILES = NODE_FILES[1:]  # of these a file is written for every instant
-LONGEST_INDEX = 18  # digits of a state number
-AT_NONE = ("zero", "given", "given:K")  # states that exist without a load factor
-AT_LOAD_FACTOR = ("safe", "witness")  # and those that exist at one
+AT_LOAD_FACTOR = ("safe", "witness")  # states that exist at a load factor alone
 
 option = partial(click.option, show_default=True)
 
@@ -209,38 +208,21 @@ def initial_state(
     problem: Problem, initial: str, load_factor: float | None = None, open_nodes: tuple[int, ...] = ()
 ) -> FloatArray:
     """The initial slip, (dn,), that a word or a file stands for; some words need a load factor."""
-    word, colon, index = initial.partition(":")
-    if word == "given":
-        return _given(problem, index)
-    if colon and word in ("zero", *AT_LOAD_FACTOR):
-        raise click.UsageError(f"--initial {shortened(initial)}: only given takes a state number")
-    if word == "zero" or (word in AT_LOAD_FACTOR and load_factor is not None):
+    states = () if problem.initial_slip is None else problem.initial_slip
+    words = ("zero", "given", "given:K", *(() if load_factor is None else AT_LOAD_FACTOR))
+    given = re.fullmatch("given(?::([0-9]{1,9}))?", initial)
+    if given and int(given[1] or 0) < len(states):
+        return states[int(given[1] or 0)]
+    if initial in words and not given:
         from shakedown.bounds.named_start import named_start
 
-        return named_start(problem, load_factor or 0.0, word, open_nodes)
-    return _from_file(initial, AT_NONE if load_factor is None else AT_NONE + AT_LOAD_FACTOR)
-
-
-def _given(problem: Problem, index: str) -> FloatArray:
-    states = problem.initial_slip
-    if states is None:
-        raise click.UsageError("--initial given: the problem has no initial_slip")
-    shown = shortened(index, 20)
-    if not index.isdecimal() and index:
-        raise click.UsageError(f"--initial given:{shown}: expected a state number")
-    if len(index) > LONGEST_INDEX or int(index or 0) >= len(states):
-        raise click.UsageError(f"--initial given:{shown}: the problem has {len(states)} state(s), from 0")
-    return states[int(index or 0)]
-
-
-def _from_file(path: str, words: tuple[str, ...]) -> FloatArray:
-    if path in AT_LOAD_FACTOR or not os.path.lexists(path):
-        is_path = os.path.splitext(path)[1] or os.path.basename(path) != path
-        why = "no such file" if is_path else f"expected {', '.join(words)} or PATH.npy"
-        raise click.UsageError(f"--initial {shortened(path)}: {why}")
-    reads("--initial", path)
+        return named_start(problem, load_factor or 0.0, initial, open_nodes)
+    if given or initial in AT_LOAD_FACTOR or not os.path.lexists(initial):
+        found = f"{shortened(initial)}, of a problem with {len(states)} given states"
+        raise click.UsageError(f"--initial: expected {', '.join(words)} or PATH.npy, found {found}")
+    reads("--initial", initial)
     try:
-        return shakedown.load_initial_slip(path)
+        return shakedown.load_initial_slip(initial)
     except shakedown.ProblemError as error:
         raise click.UsageError(f"--initial {error}") from None
 
@@ -263,7 +245,7 @@ open_nodes = option(
     "open_nodes",
     type=OPEN_NODES,
     default="auto",
-    help="Nodes that stay open: auto, none, or numbers like 0,3,7.",
+    help="Open nodes: auto (the best zone), none, or numbers like 0,3,7.",
 )
 cycles = option(
     "--cycles",

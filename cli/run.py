@@ -24,7 +24,6 @@ WHOLE_NUMBERS = (  # variables of NumPy, SciPy and matplotlib (a date, to the ye
     ("SOURCE_DATE_EPOCH", 0, 253_402_300_799),
     ("NUMBA_NUM_THREADS", 1, 2**31 - 1),
 )
-COMPLETION = "_SHAKEDOWN_BOUNDS_COMPLETE"  # set by a shell that asks for completions
 
 
 def run() -> int:
@@ -61,7 +60,7 @@ def _check_environment() -> None:
 
 def _outcome() -> int:
     try:
-        if COMPLETION in os.environ:
+        if "_SHAKEDOWN_BOUNDS_COMPLETE" in os.environ:  # a shell asks for completions
             shakedown_bounds.main(prog_name=NAME)
         with shakedown_bounds.make_context(NAME, sys.argv[1:]) as context:
             _check_environment()

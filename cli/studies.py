@@ -20,8 +20,6 @@ from . import options
 from .command import Answer, command, document, draw, progress
 from .options import option
 
-GRID_SLIP = "([0-9]{{1,9}}){}"  # a node, with two tangential directions one of them
-
 
 @command(
     "Long-term states from many initial states.",
@@ -98,7 +96,7 @@ def map_command(
 def _places(problem: Problem, grid: tuple[str, str]) -> Any:
     """Where the two slips of a grid stand among those of the joint."""
     d = problem.directions
-    found = [re.fullmatch(GRID_SLIP.format("(:[xy])" if d > 1 else "()"), text) for text in grid]
+    found = [re.fullmatch("([0-9]{1,9})" + ("(:[xy])" if d > 1 else "()"), text) for text in grid]
     if not all(found):
         wanted = "two node numbers" if d == 1 else "NODE:x or NODE:y twice, as the joint has two directions"
         raise click.UsageError(f"--grid: expected {wanted}, found {shortened(' '.join(grid))}")
@@ -121,12 +119,6 @@ def varied(text: str) -> tuple[str, FloatArray] | None:
     return (name.strip(), values) if name.strip() and values is not None else None
 
 
-def bounds_of(text: str) -> tuple[str, ...] | None:
-    """Names of limits with commas between them."""
-    names = tuple(text.split(","))
-    return names if set(names) <= set(shakedown.BOUNDS) and len(set(names)) == len(names) else None
-
-
 @command(
     "The limits over one or two parameters.",
     "0 computed; 1 limits contradict each other; 2 bad usage or bad input.",
@@ -142,7 +134,7 @@ def bounds_of(text: str) -> tuple[str, ...] | None:
 )
 @option(
     "--bounds",
-    type=options.Parsed("names", f"some of {','.join(shakedown.BOUNDS)}", bounds_of),
+    metavar="NAMES",
     help=f"Limits to compute: some of {','.join(shakedown.BOUNDS)}.  [default: all that the joint has]",
 )
 @option(
@@ -153,13 +145,7 @@ def bounds_of(text: str) -> tuple[str, ...] | None:
     help="Simulate at this λ too; may be repeated. The first one (else 1) is the one spoken about.",
 )
 @options.initial
-@option(
-    "--open",
-    "open_nodes",
-    type=click.Choice(["auto", "none"]),
-    default="auto",
-    help="Whether limits may be those of a zone of open nodes.",
-)
+@options.open_nodes
 @option("--quick", is_flag=True, help="λ_T to 0.1 %.")
 @options.slip_below
 @options.table
@@ -170,6 +156,7 @@ def bounds_of(text: str) -> tuple[str, ...] | None:
 def sweep(
     joint: Problem | shakedown.Import,
     vary: tuple[tuple[str, FloatArray], ...],
+    bounds: str | None,
     initial: str,
     output: Path | None,
     picture: Path | None,
@@ -194,6 +181,7 @@ def sweep(
         found = shakedown.sweep(
             joint,
             dict(vary),
+            bounds=bounds and bounds.split(","),
             initial_slip=options.initial_state(problem, initial),
             executor=executor,
             output=output,
@@ -260,13 +248,7 @@ def refine(
     metavar="STATE",
     help="zero, given, given:K or PATH.npy. Default: given where the file has initial_slip, else zero.",
 )
-@option(
-    "--open",
-    "open_nodes",
-    type=options.OPEN_NODES,
-    default="auto",
-    help="Nodes open at the start: none or numbers like 0,3,7; auto: none; proofs: the best zone.",
-)
+@options.open_nodes
 @option("--from-zero", is_flag=True, help="Every amplitude from that state too; say where it differs.")
 @options.cycles
 @options.table

@@ -86,19 +86,11 @@ class Assessment(Result):
             return Said.IMPOSSIBLE
         return Said.OPEN
 
-    @cached_property
-    def _averages(self) -> dict[float, "Assessment"]:
-        """The averaged assessments that were asked for, by their length: limits are computed once."""
-        return {}
-
     def averaged(self, radius: float) -> "Assessment":
         """The assessment with slips and reactions averaged over a length: no proof for this joint itself."""
-        if radius not in self._averages:
-            limits, problem = self.details, self.problem
-            start = checked_initial_slip(problem, limits.initial_slip)
-            between = averaged(replace(problem, initial_slip=start), radius)
-            self._averages[radius] = Assessment(on_mesh(limits, between))
-        return self._averages[radius]
+        limits, problem = self.details, self.problem
+        start = checked_initial_slip(problem, limits.initial_slip)
+        return Assessment(on_mesh(limits, averaged(replace(problem, initial_slip=start), radius)))
 
     @cached_property
     def as_given(self) -> Outcome:
@@ -185,10 +177,6 @@ def assess(
     return Assessment(JointLimits(problem, start, distance, zone, certify, tolerances=tolerances))
 
 
-ALL_NODES = 60  # up to this size the independent solver checks every node; its cost grows as n³
-FIRST_NODES = 8  # nodes checked in larger joints: those that collapse first
-
-
 class SecondBounds(NamedTuple):
     """λ_1, where there is one, and λ_max by another solver, and the number of nodes checked for λ_1."""
 
@@ -212,7 +200,8 @@ def nodes_asked(lower: Bound) -> list[int]:
     if lower.node in order:
         order.remove(lower.node)
         order.insert(0, lower.node)
-    return order if len(order) <= ALL_NODES else order[:FIRST_NODES]
+    # all up to a size, as the cost grows as n³; of larger joints those that collapse first
+    return order if len(order) <= 60 else order[:8]
 
 
 def independent_findings(

@@ -3,8 +3,9 @@
 import os
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from math import inf, isnan, nan
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,43 +35,6 @@ from shakedown.long_term.state import LongTermState
 
 # of another amplitude
 UNSTATED: dict[str, Any] = dict.fromkeys(("load_mean", "load_amplitude", "load_units"))
-
-
-class _Point(NamedTuple):
-    """One amplitude: the long-term state there, as it is recorded.
-
-    Attributes
-    ----------
-    displacement
-        Half the range of the displacement conjugate to the load, in its unit; NaN where no loop closes.
-    dissipation
-        Dissipation of friction and jumps per cycle [force × length]; 0 where it shakes down, NaN where no
-        loop closes.
-    outcome
-        The long-term state.
-    proved
-        Whether it is proved that friction dissipates nothing.
-    slides_away
-        Whether it is undecided because the body slides away: gross slip, which nothing holds.
-    slipping_share
-        Share of the nodes that slip in every period.
-    slip, open_nodes
-        The state at the first load step of a period, where the next amplitude may begin.
-    """
-
-    displacement: float
-    dissipation: float
-    outcome: Outcome
-    proved: bool
-    slides_away: bool
-    slipping_share: float
-    slip: FloatArray
-    open_nodes: NDArray[np.int64]
-
-    @property
-    def closes(self) -> bool:
-        """Whether the loop of the load closes, so that the joint may go on from it."""
-        return not isnan(self.dissipation)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -276,26 +240,25 @@ def damping(
     >>> curve.dissipation.tolist(), curve.displacement.round(9).tolist(), curve.proved.tolist()
     ([0.0, 1.0, 2.0], [0.05, 0.4, 0.7], [True, False, False])
     """
-    values, opened = _checked_amplitudes(amplitudes), _checked_nodes(problem, open_nodes)
+    values = _checked_amplitudes(amplitudes)
+    opened = () if isinstance(open_nodes, str) else node_numbers("open nodes", open_nodes, problem.n)
     check_count("max_cycles", max_cycles)
-    number = load_number(problem, load)
-    start, count = checked_initial_slip(problem, initial_slip), 0
+    number, start = load_number(problem, load), checked_initial_slip(problem, initial_slip)
     alone = _alone_varying(problem, number)
     loaded = _LoadedJoint(problem, number, alone, start, opened, max_cycles, tolerances)
-
-    def done(point: _Point) -> _Point:
-        nonlocal count
-        count += 1
+    from_start = (loaded.point(each, start, opened)[0] for each in values.tolist() if from_zero)
+    rows, k = list[_Row](), len(values)
+    for row in chain(loaded.rising(values), from_start):
+        rows.append(row)
         if progress is not None:
-            progress(count, len(values) * (1 + from_zero))
-        return point
+            progress(len(rows), k * (1 + from_zero))
+    other = _curve(loaded, values, rows[k:]) if from_zero else None
+    limits = _limits(loaded, values, rows[:k], "auto" if isinstance(open_nodes, str) else opened)
+    return _curve(loaded, values, rows[:k], **limits, from_zero=other)
 
-    rising, other = [done(point) for point in loaded.rising(values)], None
-    if from_zero:
-        again = [done(loaded.point(amplitude, start, opened)) for amplitude in values.tolist()]
-        other = _curve(loaded, values, again)
-    limits = _limits(loaded, values, rising, "auto" if isinstance(open_nodes, str) else opened)
-    return _curve(loaded, values, rising, **limits, from_zero=other)
+
+_Row = dict[str, Any]
+"""The columns of :class:`DampingCurve` that are found at one amplitude."""
 
 
 @dataclass(frozen=True)
@@ -346,17 +309,22 @@ class _LoadedJoint:
         changed = UNSTATED | {"q_w": q_w, "p_w": p_w, "load_history": scaled, "q_mean": None, "p_mean": None}
         return replace(self.problem, **changed), 1.0  # the mean does not matter then
 
-    def rising(self, values: FloatArray) -> Iterator[_Point]:
-        """The amplitudes one after the other, each from the state before it."""
-        begun, after = (self, self.start, self.open_nodes), self.past_transient()
+    def rising(self, values: FloatArray) -> Iterator[_Row]:
+        """The amplitudes one after the other, each from the state before it whose loop closes."""
+        joint, slip, opened, after = self, self.start, self.open_nodes, self.past_transient()
         for amplitude in values.tolist():
-            point = begun[0].point(amplitude, *begun[1:])
-            yield point
-            if point.closes:
-                begun = after, point.slip, tuple(point.open_nodes.tolist())
+            row, ends_at = joint.point(amplitude, slip, opened)
+            yield row
+            if ends_at is not None:
+                joint, (slip, opened) = after, ends_at
 
-    def point(self, amplitude: float, slip: FloatArray, open_nodes: tuple[int, ...]) -> _Point:
-        """What becomes of the joint at one amplitude from one state."""
+    def point(
+        self, amplitude: float, slip: FloatArray, open_nodes: tuple[int, ...]
+    ) -> tuple[_Row, tuple[FloatArray, tuple[int, ...]] | None]:
+        """What becomes of the joint at one amplitude from one state.
+
+        Also slip and open nodes at the first load step of a period, where the loop closes.
+        """
         problem, load_factor = self.at(amplitude)
         settings: dict[str, Any] = {"max_cycles": self.max_cycles, "tolerances": self.tolerances}
         try:
@@ -367,18 +335,21 @@ class _LoadedJoint:
             state = long_term_state(problem, load_factor, slip, **settings)  # open nodes would overlap
         closes = state.period > 0 and state.outcome != Outcome.RATCHETTING
         rests = state.outcome == Outcome.SHAKEDOWN
-        start = state.history.at(np.ceil(state.history.cycle[:1])) if closes else state.history
         slips = state.slip_per_cycle > self.tolerances.periodicity * np.abs(state.final_slip).max()
-        return _Point(
-            displacement=self._displacement(problem, state) if closes else nan,
-            dissipation=0.0 if rests else float(state.dissipation_per_cycle) if closes else nan,
-            outcome=state.outcome,
-            proved=state.proved,
-            slides_away=state.slides_away,
-            slipping_share=0.0 if rests else float(slips.mean()) if state.period else nan,
-            slip=start.v[0] if closes else state.final_slip,
-            open_nodes=np.flatnonzero(start.state[0] == OPEN) if closes else np.zeros(0, dtype=np.int64),
-        )
+        row: _Row = {
+            "displacement": self._displacement(problem, state) if closes else nan,
+            "dissipation": 0.0 if rests else float(state.dissipation_per_cycle) if closes else nan,
+            "outcome": state.outcome,
+            "proved": state.proved,
+            "slides_away": state.slides_away,
+            "slipping_share": 0.0 if rests else float(slips.mean()) if state.period else nan,
+        }
+        if isnan(row["dissipation"]):
+            return row, None
+        if not closes:
+            return row, (state.final_slip, ())
+        begins = state.history.at(np.ceil(state.history.cycle[:1]))
+        return row, (begins.v[0], tuple(np.flatnonzero(begins.state[0] == OPEN).tolist()))
 
     def _displacement(self, problem: Problem, state: LongTermState) -> float:
         if problem.load_compliance is None:
@@ -395,21 +366,13 @@ def _checked_amplitudes(amplitudes: ArrayLike) -> FloatArray:
     return values
 
 
-def _checked_nodes(problem: Problem, nodes: Iterable[int] | Literal["auto"]) -> tuple[int, ...]:
-    if not isinstance(nodes, str):
-        return node_numbers("open nodes", nodes, problem.n)
-    if nodes != "auto":
-        raise UsageError(f"open nodes: expected node numbers or 'auto', found {short(nodes)}")
-    return ()
-
-
-def _curve(loaded: _LoadedJoint, values: FloatArray, points: list[_Point], **limits: Any) -> DampingCurve:
-    """The columns of some points, with limits and what else is known."""
+def _curve(loaded: _LoadedJoint, values: FloatArray, rows: list[_Row], **limits: Any) -> DampingCurve:
+    """The columns of some amplitudes, with limits and what else is known."""
     problem, load = loaded.problem, loaded.load
     history, unit = require_loads(problem)[1], load_units(problem)[load]
     names, frequency = problem.load_names or (), problem.load_frequency
     words = "displacement dissipation proved slides_away slipping_share"
-    columns = limits | {word: np.array([getattr(each, word) for each in points]) for word in words.split()}
+    columns = limits | {word: np.array([row[word] for row in rows]) for word in words.split()}
     return DampingCurve(
         problem=problem,
         load=load,
@@ -417,14 +380,14 @@ def _curve(loaded: _LoadedJoint, values: FloatArray, points: list[_Point], **lim
         unit=unit,
         amplitude=values,
         force=0.5 * np.ptp(history[:, load]) * abs(unit.size) * values,
-        outcome=tuple(point.outcome for point in points),
+        outcome=tuple(row["outcome"] for row in rows),
         load_frequency=nan if frequency is None else float(frequency[load]),
         **columns,
     )
 
 
 def _limits(
-    loaded: _LoadedJoint, values: FloatArray, rising: list[_Point], zone: Iterable[int] | Literal["auto"]
+    loaded: _LoadedJoint, values: FloatArray, rising: list[_Row], zone: Iterable[int] | Literal["auto"]
 ) -> dict[str, float]:
     """λ_E and λ_T as amplitudes, where they exist and are found."""
     joint, tolerances, limits = loaded.alone, loaded.tolerances, dict[str, float]()
@@ -433,7 +396,7 @@ def _limits(
     proved = allowed(energy_bound, joint, loaded.start, open_nodes=zone, tolerances=tolerances)
     if proved and proved.load_factor > 0:
         limits["proved_limit"] = float(proved.load_factor)
-    damped = [a for a, point in zip(values, rising, strict=True) if point.outcome != Outcome.SHAKEDOWN]
+    damped = [a for a, row in zip(values, rising, strict=True) if row["outcome"] != Outcome.SHAKEDOWN]
     if not damped:
         return limits | {"simulated_limit": inf}
     scan: dict[str, Any] = {"largest": float(damped[0]), "steps": 2, "accuracy": THREE_DIGITS}
@@ -470,9 +433,8 @@ def load_number(problem: Problem, load: int | str) -> int:
     found = found or [k for k in range(count) if load in (k, str(k))]
     if len(found) == 1:
         return found[0]
-    known = f"0 to {count - 1}" + "".join(f", '{name}'" for name in dict.fromkeys(named) if name)
-    many = f", which names {len(found)} loads" if found else ""
-    raise UsageError(f"load: expected one of {shortened(known, 200)}, found {shortened(repr(load))}{many}")
+    known = f"0 to {count - 1}" + "".join(f", '{name}'" for name in named if name)
+    raise UsageError(f"load: expected one of {shortened(known, 200)}, found {shortened(repr(load))}")
 
 
 def _ratio(one: FloatArray, other: FloatArray) -> FloatArray:

@@ -22,11 +22,11 @@ from shakedown.bounds.registry import BOUNDS, BoundKind, Claim, kinds_of, takes_
 from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, friction_thresholds
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.constants import EACH_SHOWN, MUCH, FloatArray
-from shakedown.ground.errors import Missing, SolverError, present, sought
+from shakedown.ground.errors import Missing, SolverError, allowed, present, sought
 from shakedown.ground.shown_values import plain, short
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import NO_SIGNS, checked, in_the_plane_only
+from shakedown.joint.arguments import checked
 from shakedown.joint.constraints import constraints, through_transient
 from shakedown.joint.contact_surface import surface_of
 from shakedown.joint.hat_functions import coarsened
@@ -35,9 +35,6 @@ from shakedown.joint.result import Result
 
 if TYPE_CHECKING:
     from shakedown.assessment.transient_limit import SlipLimit
-
-
-MOST = 0.5  # share of the multipliers at the edge from which on it determines the limit
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -125,7 +122,7 @@ def _warning(share: float, nodes: Sequence[int], coarser: dict[str, float]) -> s
     if not changed:
         return None
     named = f" (node {', '.join(map(str, nodes))})" if nodes else ""
-    edge = f"The edge determines λ_max{named}. " if share >= MOST else ""
+    edge = f"The edge determines λ_max{named}. " if share >= 0.5 else ""  # it has most multipliers
     said = ", ".join(f"{name} is {change}" for name, change in changed.items())
     if len(changed) > len(set(changed.values())) == 1 and len(changed) == len(THREE_NUMBERS):
         said = f"all three limits are {changed.popitem()[1]}"
@@ -143,10 +140,6 @@ def _change(by: float) -> str:
 
 
 REFUTED_BY_ALL = "round-off decides: it is {:.7g} in floats, although shakedown is proved up to {:.7g}"
-IN_THE_PLANE = {  # what else is there of joints in the plane only
-    "friction": in_the_plane_only("friction thresholds", NO_SIGNS),
-    "sensitivities": in_the_plane_only("sensitivities"),
-}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -256,10 +249,9 @@ class JointLimits(Result):
 
     @cached_property
     def absent(self) -> dict[str, Missing]:
-        """What joints of this kind do not have, by its word in documents, and why."""
-        reasons = {name: kind.absent for name, kind in BOUNDS.items() if not kind.exists_for(self.problem)}
-        reasons |= IN_THE_PLANE if self.problem.directions > 1 else {}
-        return {name: Missing(reason) for name, reason in reasons.items()}
+        """The limits that joints of this kind do not have, by name, and why."""
+        kinds = [kind for kind in BOUNDS.values() if not kind.exists_for(self.problem)]
+        return {kind.name: Missing(kind.absent) for kind in kinds}
 
     @cached_property
     def open_nodes(self) -> tuple[int, ...]:
@@ -431,19 +423,14 @@ class JointLimits(Result):
     @cached_property
     def friction(self) -> FrictionThresholds | Missing:
         """The friction at which the motion stops being unique, and at which the joint wedges."""
-        if "friction" in self.absent:
-            return self.absent["friction"]
-        return friction_thresholds(self.problem, tolerances=self.tolerances)
+        return allowed(friction_thresholds, self.problem, tolerances=self.tolerances)
 
     @cached_property
     def sensitivities(self) -> dict[str, Sensitivities | Missing]:
         """How λ_max ("upper") and λ_E ("energy") depend on friction and loads at every node."""
-        if "sensitivities" in self.absent:
-            return dict.fromkeys(("upper", "energy"), self.absent["sensitivities"])
-        bounds: dict[str, Bound] = {"upper": self.upper, "energy": self.energy}
         return {
-            name: sought(sensitivities, self.problem, bound, tolerances=self.tolerances)
-            for name, bound in bounds.items()
+            name: allowed(sensitivities, self.problem, getattr(self, name), tolerances=self.tolerances)
+            for name in ("upper", "energy")
         }
 
     @property

@@ -25,8 +25,6 @@ UNSAFE, BELOW, BETWEEN, ABOVE = "below λ_lo", "below λ_1", "between", "above �
 PROVED = "below λ_U"  # for a load domain, where λ_1 predicts nothing, and in space, where it does not exist
 IN_ZONE, OUTSIDE = "zone is safe", "zone is not safe"  # between λ_lo and λ_max of a zone, and elsewhere
 NO_ZONE = "no zone is safe"  # all were tried
-# of the random loads that leave initial states behind: within those of the loop few joints slip
-OVERLOAD = 2.0
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -187,8 +185,9 @@ def _cases_at(limits: JointLimits, load_factor: float, random_states: int, seed:
     states |= _given_states(problem)
     for k in range(random_states):
         generator = np.random.default_rng([seed, k])
+        # within the loads of the loop few joints slip
         states[f"random {k}"] = slip_after_transient(
-            problem, load_factor, generator, overload=OVERLOAD, tolerances=limits.tolerances
+            problem, load_factor, generator, overload=2.0, tolerances=limits.tolerances
         )
     states |= _states_in_ball(limits, load_factor, states.values(), seed)
     nominal = _first_state(problem)[0] if load_factor == AS_GIVEN else ""

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.bound_result import Bound
-from shakedown.bounds.energy.ball_limits import BallLimits, EnergyMetric, ball_limits
-from shakedown.ground.constants import EPS, NEGLIGIBLE, FloatArray
+from shakedown.bounds.energy.ball_limits import EnergyMetric, ball_limits
+from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import DIGITS, plain
 from shakedown.ground.status import Status
@@ -23,8 +23,6 @@ from shakedown.joint.result import Result
 from shakedown.programs.program import equilibration
 
 NOT_UNIQUE = "what limits it is not unique: several nodes, or load steps, do so alike"
-KINK = "for some nodes several load steps, or slips, limit it alike"
-SAME = 10 * NEGLIGIBLE  # relative to the terms of a derivative: differences between optima that do not matter
 KINDS = ("friction", "constant", "amplitude")
 SMOOTH = 10.0**-DIGITS  # of the terms of a derivative: one-sided values that differ by less are equal
 
@@ -116,9 +114,9 @@ def sensitivities(problem: Problem, bound: Bound, *, tolerances: Tolerances = DE
     over the rows of node i, p_i less ∂(f γ)/∂f R for λ_E. Nothing is solved again. Where the multipliers are
     not unique, as where several nodes limit the joint alike, there is no such derivative: all are NaN, with
     the reason; and single ones are NaN where the load factor has a kink: the friction of a node at which
-    several load steps, with unlike pressures, or several best slips limit it alike. What varies is one
-    quantity of one node; stiffness, the other nodes, the initial slip, the distance and the zone stay. Where
-    nodes are open the loads of all nodes act on the closed ones.
+    several load steps, with unlike pressures, limit it alike.
+    What varies is one quantity of one node; stiffness, the other nodes, the initial slip, the distance and
+    the zone stay. Where nodes are open the loads of all nodes act on the closed ones.
 
     The factor on all constant loads together has the elasticity 1 (for λ_E from slip zero without a
     distance), that on all amplitudes −1.
@@ -162,11 +160,12 @@ def sensitivities(problem: Problem, bound: Bound, *, tolerances: Tolerances = DE
         return _of_parts(problem, bound, tolerances)
     zone = contact_zone(problem, bound.open_nodes, tolerances=tolerances)
     found = reached(zone, bound, tolerances)
-    if not found.unique:
+    if found is None:
         return _none(problem, bound, NOT_UNIQUE)
     slopes = found.friction(), *found.loads()
     kinked = any(np.isnan(each.derivative).any() for each in slopes)
-    return Sensitivities(bound.symbol, bound.status, KINK * kinked, bound.load_factor, *slopes)
+    why = "for some nodes several load steps limit it alike" * kinked
+    return Sensitivities(bound.symbol, bound.status, why, bound.load_factor, *slopes)
 
 
 def _none(problem: Problem, bound: Bound, reason: str) -> Sensitivities:
@@ -196,10 +195,10 @@ def _of_parts(problem: Problem, bound: Bound, tolerances: Tolerances) -> Sensiti
 
 @dataclass(frozen=True, kw_only=True)
 class _Optimum:
-    """The rows that are reached at an optimum of max λ, to first order: W x' + d λ' ≤ what a parameter gains.
+    """The rows that are reached at an optimum of max λ whose multipliers are unique.
 
-    With the envelope theorem λ' is the gain weighted with the multipliers. The gain is that of the slack
-    g − G v − λ d at fixed v and λ, in every load step that determines the row.
+    With the envelope theorem λ' is what a parameter gains, weighted with the multipliers. The gain is that of
+    the slack g − G v − λ d at fixed v and λ, in every load step that determines the row.
 
     Attributes
     ----------
@@ -211,24 +210,12 @@ class _Optimum:
         The rows by number, in the order of ``zone.constraints``.
     before : (k,)
         Whether it is the row of the transient load steps.
+    multipliers : (k,)
+        y ≥ 0 with dᵀ y = 1, d their coefficients of λ [force].
     scale : (k,)
         What a row is multiplied by.
-    W : (k, N)
-        Their slopes over the unknowns x [force/unit of x].
-    d : (k,)
-        Their coefficients of λ [force].
-    multipliers : (k,)
-        y ≥ 0 with Wᵀ y = 0 and dᵀ y = 1.
     needs : (k,)
         What the ball takes of the slack per friction of the node [force].
-    turn : (k, N)
-        How the gain by the node's own friction varies with x.
-    at_tip
-        Whether the optimum is the tip of a cone, where multipliers are not unique.
-    ray : (N,)
-        With a cone the only direction along which x can be changed at all.
-    tolerances
-        What is regular.
     """
 
     zone: Zone
@@ -236,41 +223,9 @@ class _Optimum:
     slip: FloatArray
     row: NDArray[np.intp]
     before: NDArray[np.bool_]
-    scale: FloatArray | float = 1.0
-    W: FloatArray
-    d: FloatArray
     multipliers: FloatArray
+    scale: FloatArray | float = 1.0
     needs: FloatArray | float = 0.0
-    turn: FloatArray
-    at_tip: bool = False
-    ray: FloatArray | None = None
-    tolerances: Tolerances
-
-    @cached_property
-    def unique(self) -> bool:
-        """Whether the multipliers are."""
-        matrix = np.column_stack([self.W, self.d])
-        row, column = equilibration(matrix, self.tolerances.equilibration_sweeps)
-        values = np.linalg.svd(matrix * row[:, None] * column, compute_uv=False)
-        return not self.at_tip and int((values > SAME * values[0]).sum()) == len(self.d)
-
-    @cached_property
-    def _columns(self) -> FloatArray:
-        """What the unknowns are multiplied by, so that they matter alike, (N,)."""
-        sizes = np.abs(self.W).max(axis=0, initial=0.0)
-        return 1.0 / np.where(sizes > 0, sizes, 1.0)
-
-    @cached_property
-    def _elsewhere(self) -> FloatArray:
-        """Unit directions (N, q) of scaled unknowns in which x may change and stay optimal."""
-        share = self.multipliers * np.abs(self.W).max(axis=1, initial=0.0)
-        held = self.W[share > SAME * share.max(initial=0.0)] * self._columns
-        if self.ray is not None:
-            ray = self.ray / self._columns
-            free = np.all(np.abs(held @ ray) <= SAME * (np.abs(held) @ np.abs(ray)))
-            return (ray / np.linalg.norm(ray))[:, None] if free else np.zeros((len(ray), 0))
-        values, directions = np.linalg.svd(held / np.abs(held).max(axis=1, keepdims=True))[1:]
-        return np.asarray(directions[int((values > SAME * values.max(initial=0.0)).sum()) :].T)
 
     def friction(self) -> Slopes:
         """Slopes for the friction of every node, and for a factor on all of them."""
@@ -279,10 +234,7 @@ class _Optimum:
         gain = np.where(rubs, self.scale * p[:, np.where(rubs, self.row // 2, 0)] - self.needs, 0.0)
 
         def of(change: FloatArray) -> float:
-            share = np.where(rubs, change[self._node], 0.0)
-            turn = (share * self.multipliers)[:, None] * self.turn * self._columns
-            moved = np.abs(turn.sum(axis=0) @ self._elsewhere)  # other optimal x may gain more
-            return np.nan if (moved > SAME * np.abs(turn).sum()).any() else self._weighted(share * gain)
+            return self._weighted(np.where(rubs, change[self._node], 0.0) * gain)
 
         return self._slopes(of, self.zone.problem.f)
 
@@ -356,92 +308,72 @@ class _Optimum:
         return slacks <= slacks.min(axis=0) + NEGLIGIBLE * size
 
 
-def _of_upper(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Optimum:
+def _of_upper(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Optimum | None:
+    """The optimum of λ_max; None where its multipliers are not unique."""
     transient = len(bound.multipliers) > len(zone.constraints.g)
     rows, slip = zone.rows(transient), bound.slip[zone.problem.layout.slips_of(zone.closed_nodes)]
     excess = rows.relative_excess(slip, bound.load_factor)
     chosen = np.flatnonzero((excess >= -tolerances.feasibility) | (bound.multipliers > 0))
+    d, y = rows.d[chosen], bound.multipliers[chosen]
+    if not _are_independent(rows.coefficients[chosen], d, tolerances):
+        return None
     row, before = _numbered(zone, transient, chosen)
-    y = bound.multipliers[chosen]
     return _Optimum(
-        zone=zone,
-        load_factor=bound.load_factor,
-        slip=slip,
-        row=row,
-        before=before,
-        W=rows.coefficients[chosen],
-        d=rows.d[chosen],
-        multipliers=y / (y @ rows.d[chosen]),
-        turn=_pressure_slopes(zone, row),
-        tolerances=tolerances,
+        zone=zone, load_factor=bound.load_factor, slip=slip, row=row, before=before, multipliers=y / (y @ d)
     )
 
 
-def _of_energy(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Optimum:
+def _of_energy(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Optimum | None:
+    """The optimum of λ_E; None where its multipliers are not unique, as at the tip of the cone."""
     limits = ball_limits(zone, tolerances=tolerances)
     metric, closed = limits.metric, zone.problem.layout.slips_of(zone.closed_nodes)
-    slip, start = bound.slip[closed], bound.initial_slip[closed]
-    at_tip = _is_kept(limits, start, bound.load_factor, bound.distance / metric.unit, tolerances)
-    slip, reach = (start, bound.distance / metric.unit) if at_tip else (slip, bound.radius / metric.unit)
+    start, reach = bound.initial_slip[closed], bound.distance / metric.unit
+
+    def slack(slip: FloatArray, reach: float) -> FloatArray:
+        sizes = limits.sizes(slip, bound.load_factor, reach)
+        return np.asarray(limits.slack(slip, bound.load_factor, reach) / sizes)
+
+    at_tip = slack(start, reach).min() >= -tolerances.feasibility
+    slip, reach = (start, reach) if at_tip else (bound.slip[closed], bound.radius / metric.unit)
+    share = bound.multipliers * limits.sizes(slip, bound.load_factor, reach)
+    chosen = np.flatnonzero((slack(slip, reach) <= tolerances.feasibility) | (share > SMOOTH * share.max()))
+    s, d, y = limits.rows.spread[chosen], limits.rows.d[chosen], bound.multipliers[chosen]
     moved = metric.root @ (slip - start)
-    sizes = limits.sizes(slip, bound.load_factor, reach)
-    share = bound.multipliers * sizes
-    slack = limits.slack(slip, bound.load_factor, reach) / sizes
-    chosen = np.flatnonzero((slack <= tolerances.feasibility) | (share > SMOOTH * share.max()))
-    transient = len(limits.rows.g) > len(zone.constraints.g)
-    row, before = _numbered(zone, transient, chosen)
     ray = np.zeros_like(moved) if at_tip else moved / np.linalg.norm(moved)
-    s, y = limits.rows.spread[chosen], bound.multipliers[chosen]
+    slopes = limits.rows.G[chosen] @ metric.inverse + s[:, None] * ray
+    if (at_tip and s.any()) or not _are_independent(slopes, d, tolerances):
+        return None
+    row, before = _numbered(zone, len(limits.rows.g) > len(zone.constraints.g), chosen)
     widening = np.append(spread_slopes(zone.joint, metric, limits.rows.spread[: 2 * zone.joint.n]), 0.0)
-    needs = widening[np.where(zone.constraints.sided[row], row, -1)]
-    rising, growing = _pressure_slopes(zone, row) @ metric.inverse, needs[:, None] * ray
-    turn = rising - growing
-    # of a difference of slopes, relative to its terms
-    turn[np.abs(turn) <= 64 * EPS * (np.abs(rising) + np.abs(growing))] = 0.0
     return _Optimum(
         zone=zone,
         load_factor=bound.load_factor,
         slip=slip,
         row=row,
         before=before,
+        multipliers=y / (y @ d),
         scale=np.where(row < len(zone.constraints.g) - len(zone.open_nodes), 1.0, metric.scale),
-        W=limits.rows.G[chosen] @ metric.inverse + s[:, None] * ray,
-        d=limits.rows.d[chosen],
-        multipliers=y / (y @ limits.rows.d[chosen]),
-        needs=reach * needs,
-        turn=turn,
-        at_tip=at_tip and bool(s.any()),
-        ray=ray if s @ y > 0 else None,
-        tolerances=tolerances,
+        needs=reach * widening[np.where(zone.constraints.sided[row], row, -1)],
     )
 
 
-def _is_kept(
-    limits: BallLimits, slip: FloatArray, load_factor: float, reach: float, tolerances: Tolerances
-) -> bool:
-    """Whether a slip is the centre of a ball of some radius at a load factor."""
-    slack = limits.slack(slip, load_factor, reach) / limits.sizes(slip, load_factor, reach)
-    return bool(slack.min() >= -tolerances.feasibility)
+def _are_independent(slopes: FloatArray, d: FloatArray, tolerances: Tolerances) -> bool:
+    """Whether rows over unknowns and λ are independent, so that their multipliers are unique."""
+    matrix = np.column_stack([slopes, d])
+    row, column = equilibration(matrix, tolerances.equilibration_sweeps)
+    values = np.linalg.svd(matrix * row[:, None] * column, compute_uv=False)
+    return int((values > 10 * NEGLIGIBLE * values[0]).sum()) == len(d)
 
 
 def _numbered(
     zone: Zone, transient: bool, chosen: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
     """Some rows of programs by their number in the zone, and whether each is of the transient."""
-    closed, rows = len(zone.constraints.g) - len(zone.open_nodes), np.arange(len(zone.constraints.g))
-    parts = [
-        (part, late) for part in (rows[:closed], rows[closed:]) for late in (False, True)[: 1 + transient]
-    ]
-    row = np.concatenate([part for part, _ in parts])
-    late = np.concatenate([np.full(len(part), late) for part, late in parts])
+    count, times = len(zone.constraints.g), 1 + transient
+    parts = np.split(np.arange(count), [count - len(zone.open_nodes)])
+    row = np.concatenate([np.tile(part, times) for part in parts])
+    late = np.concatenate([np.repeat(np.arange(times) > 0, len(part)) for part in parts])
     return row[chosen], late[chosen]
-
-
-def _pressure_slopes(zone: Zone, row: NDArray[np.intp]) -> FloatArray:
-    """∂p/∂v of the node of every row, over the unknowns of programs, (k, n) [force/length]."""
-    slopes, rubs = np.zeros((len(row), zone.joint.layout.slip_size)), zone.constraints.sided[row]
-    slopes[rubs] = zone.constraints.rigid.columns(zone.joint.B)[row[rubs] // 2]
-    return slopes
 
 
 def spread_slopes(problem: Problem, metric: EnergyMetric, spread: FloatArray) -> FloatArray:

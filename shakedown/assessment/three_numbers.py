@@ -10,7 +10,7 @@ from shakedown.ground.constants import CONE, FloatArray
 from shakedown.ground.errors import Missing
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.constraints import Side, constraints, loading, step_loads
+from shakedown.joint.constraints import Side, constraints, step_loads
 from shakedown.joint.problem import Problem
 from shakedown.programs.cone_rays import leaves_cone
 
@@ -61,24 +61,6 @@ def admitted_up_to(problem: Problem, slip: FloatArray, tolerances: Tolerances = 
         slack, first = slack[rows.side != Side.DISC], first[law.rows * problem.n :]
     rising = first > 0
     return max(float(np.min(slack[rising] / first[rising], initial=in_discs)), 0.0)
-
-
-def first_to_leave(problem: Problem, slip: FloatArray, load_factor: float) -> tuple[int, str]:
-    """The node that is first beyond its limits in the first load step, and whether it would slip or open.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> joint = shakedown.example("two-node")
-    >>> first_to_leave(joint, np.zeros(2), admitted_up_to(joint, np.zeros(2)))
-    (0, 'slip')
-    """
-    loop, law = loading(problem), problem.law
-    q = loop.q0 + load_factor * loop.q1[0] + problem.A @ slip
-    p = loop.p0 + load_factor * loop.p1[0] + problem.B @ slip
-    size = law.size(q) + law.limit(np.abs(p))
-    node = int(np.argmax(law.excess(q, p) / np.where(size > 0, size, 1.0)))
-    return node, "slip" if p[node] > 0 else "open"
 
 
 def open_ends(*results: Bound | Missing) -> Iterator[str]:

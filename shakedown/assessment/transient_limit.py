@@ -30,7 +30,6 @@ from shakedown.long_term.simulation import SlipCriterion, check_slip_below, slip
 from shakedown.long_term.state import LongTermState
 
 SCANNED = 20  # load factors besides λ = 0; fixed, so that a joint has one λ_T
-SCAN_ABOVE = 1.05  # times λ_max, beyond which nothing shakes down: end of the scan
 BELOW = (  # shares below λ_T at which a proof is sought
     0.0, 1e-6, 1e-5, 1e-4, 2e-4, 4e-4, 6e-4, 8e-4, 1e-3, 2e-3, 5e-3, 1e-2, 1.5e-2, 2e-2, 3e-2, 0.1, 0.3,
 )  # fmt: skip
@@ -173,7 +172,9 @@ def transient_limit(
     True
     """
     start, opened = checked_initial_slip(problem, initial_slip), tuple(open_nodes)
-    top = _top(problem, opened, tolerances) if largest is None else largest
+    top = _end(problem, opened, tolerances) if largest is None else largest
+    if top is None:
+        raise UsageError("largest: expected a load factor, as λ_max is not finite and positive, found none")
     check_scan(top, steps, accuracy)
     top = float(top)
     history = History(problem, start, opened, tolerances)
@@ -265,15 +266,12 @@ def _found(history: History, low: float, high: float) -> Bound:
         at_high=runs.get(high),
         at_proved=at_proved,
     )
+    status, reason = Status.OPTIMAL, "" if evidence.monotone else "outcomes are not monotone in λ"
     if not isfinite(low):
-        return Bound(
-            "transient", Status.INFEASIBLE, low, evidence, reason="no load factor scanned shakes down"
-        )
-    if not isfinite(high):
-        reason = f"every load factor scanned shakes down, up to {down(low)}"
-        return Bound("transient", Status.UNDECIDED, low, evidence, reason=reason)
-    reason = "" if evidence.monotone else "outcomes are not monotone in λ"
-    return Bound("transient", Status.OPTIMAL, low, evidence, reason=reason)
+        status, reason = Status.INFEASIBLE, "no load factor scanned shakes down"
+    elif not isfinite(high):
+        status, reason = Status.UNDECIDED, f"every load factor scanned shakes down, up to {down(low)}"
+    return Bound("transient", status, low, evidence, reason=reason)
 
 
 def _proved(history: History, low: float) -> LongTermState | None:
@@ -330,16 +328,13 @@ def bisected(
 
 def scan_end(upper: Bound) -> float | None:
     """Slightly more than λ_max, so that the scan ends above it; None where that is not positive."""
-    largest = SCAN_ABOVE * upper.load_factor
+    largest = 1.05 * upper.load_factor  # beyond λ_max nothing shakes down
     return largest if 0 < largest < np.inf else None
 
 
-def _top(problem: Problem, open_nodes: tuple[int, ...], tolerances: Tolerances) -> float:
-    """Where the scan ends by default."""
-    upper = upper_bound(problem, open_nodes=open_nodes, certify=False, tolerances=tolerances)
-    if upper.status != Status.OPTIMAL:
-        raise UsageError(f"largest: needed because the upper bound is {upper.status}, found none")
-    return SCAN_ABOVE * upper.load_factor
+def _end(problem: Problem, open_nodes: tuple[int, ...], tolerances: Tolerances) -> float | None:
+    """Where a scan ends by default; None where λ_max is not finite and positive."""
+    return scan_end(upper_bound(problem, open_nodes=open_nodes, certify=False, tolerances=tolerances))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -395,7 +390,6 @@ def slip_limit(
     slip_below: float,
     initial_slip: ArrayLike | None = None,
     *,
-    open_nodes: Iterable[int] = (),
     largest: float | None = None,
     steps: int = SCANNED,
     accuracy: float = 1e-4,
@@ -417,8 +411,6 @@ def slip_limit(
         The length, > 0.
     initial_slip : (n,), optional
         Slip before the transient [length]; zero by default.
-    open_nodes
-        Nodes that are open at the start, as for :func:`simulate`.
     largest
         Upper end of the scan, doubled until slips are too large there, ten times at most; by default
         a little above λ_max, 1 where that is none.
@@ -443,10 +435,10 @@ def slip_limit(
     >>> round(limit.load_factor, 3), bool(limit.largest < 0.1), limit.node, limit.monotone
     (0.749, True, 1, True)
     """
-    start, opened = checked_initial_slip(problem, initial_slip), tuple(open_nodes)
+    start = checked_initial_slip(problem, initial_slip)
     check_slip_below(slip_below)
     check_scan(1.0 if largest is None else largest, steps, accuracy)
-    history = History(problem, start, opened, tolerances)
+    history = History(problem, start, (), tolerances)
     found = dict[float, SlipCriterion]()
 
     def met(load_factor: float) -> bool:
@@ -458,10 +450,7 @@ def slip_limit(
         high = min((x for x in found if not met(x)), default=inf)
         return max((x for x in found if x < high), default=nan), high
 
-    if largest is None:
-        upper = upper_bound(problem, open_nodes=opened, certify=False, tolerances=tolerances)
-        largest = scan_end(upper) or 1.0
-    top = largest
+    top = largest or _end(problem, (), tolerances) or 1.0
     # at most so many doublings of the end of the scan, while slips there are small enough
     for _ in range(10):
         if met(top):

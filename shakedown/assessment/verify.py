@@ -6,10 +6,9 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 from shakedown.assessment.assess import (
-    AS_GIVEN,
     Assessment,
     SecondBounds,
     assess,
@@ -30,7 +29,7 @@ from shakedown.ground.shown_values import at_lambda, nodes_in_words, plain, shor
 from shakedown.ground.status import Guarantee, Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.work_limit import all_cores, limited_work, on_one_thread
-from shakedown.joint.arguments import check_load_factor, checked, require_problem
+from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.node_results import node_results
@@ -96,7 +95,7 @@ def compile_loops(limits: JointLimits, method: str) -> None:
         simulate(limits.problem, 0.0, cycles=1, method=method)
 
 
-def run_of(limits: JointLimits, case: Case, cycles: int, method: str) -> Run:
+def run_of(limits: JointLimits, case: Case, asked: "Settings") -> Run:
     """Simulate a case, and compare it with the prediction and the plan's ball."""
     began, problem = time.perf_counter(), limits.problem
     if case.after_transient:
@@ -106,8 +105,8 @@ def run_of(limits: JointLimits, case: Case, cycles: int, method: str) -> Run:
         case.load_factor,
         case.start,
         open_nodes=case.open_nodes,
-        cycles=cycles,
-        method=method,
+        cycles=asked.cycles,
+        method=asked.method,
         record=problem.n <= 2,
         tolerances=limits.tolerances,
     )
@@ -164,16 +163,23 @@ class Settings:
 
     Attributes
     ----------
+    load_factors
+        Those asked for; None: one in every region.
     random_states, seed
         Number of initial states that random loads leave behind, and the seed these were drawn with.
     cycles, method
         As for :func:`shakedown.simulate`.
+    budget, slip_below
+        As for :func:`verify`.
     """
 
+    load_factors: tuple[float, ...] | None
     random_states: int
     seed: int
     cycles: int
     method: str
+    budget: int
+    slip_below: float | None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -361,7 +367,6 @@ def verify(
     >>> report.agrees, len(report.runs)
     (True, 18)
     """
-    require_problem(problem)
     if random_states is None:
         random_states = 1 if takes_long(problem) else 3
     if not 0 <= random_states <= MANY:
@@ -371,19 +376,10 @@ def verify(
         check_load_factor(load_factor, problem)
     if slip_below is not None:
         check_slip_below(slip_below)
-    asked = _Scope(load_factors, budget, slip_below, progress)
-    settings = Settings(random_states, seed, cycles, method)
+    asked = None if load_factors is None else tuple(load_factors)
+    settings = Settings(asked, random_states, seed, cycles, method, budget, slip_below)
     start = None if problem.initial_slip is None else problem.initial_slip[0]
-    return _verified(assess(problem, start, open_nodes=open_nodes, tolerances=tolerances), asked, settings)
-
-
-class _Scope(NamedTuple):
-    """What a verification is asked for besides its :class:`Settings`."""
-
-    load_factors: Sequence[float] | None
-    budget: int
-    slip_below: float | None
-    progress: Progress | None
+    return _verified(assess(problem, start, open_nodes=open_nodes, tolerances=tolerances), settings, progress)
 
 
 Begin = Callable[[Callable[[], Any]], Callable[[], Any]]
@@ -415,12 +411,12 @@ def side_by_side(threads: int) -> Iterator[Begin]:
         pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _verified(found: Assessment, asked: _Scope, settings: Settings) -> Verification:
+def _verified(found: Assessment, settings: Settings, progress: Progress | None) -> Verification:
     """The verification itself, piece by piece."""
     limits = found.details
     with side_by_side(all_cores() if takes_long(limits.problem) else 1) as begin:
         again = _find_bounds(limits, settings.method, begin)
-        runs, second, critical, slip = _simulated(limits, asked, settings, begin, again)
+        runs, (second, critical, slip) = _simulated(limits, settings, begin, again, progress)
     findings = list(independent_findings(limits.bounds, second, limits.tolerances))
     missing = {"λ_T": limits.transient, "the slip limit": slip}
     return Verification(
@@ -465,46 +461,45 @@ def _find_bounds(limits: JointLimits, method: str, begin: Begin) -> Callable[[],
 
 def _simulated(
     limits: JointLimits,
-    asked: _Scope,
-    settings: Settings,
+    asked: Settings,
     begin: Begin,
     second: Callable[[], SecondBounds],
-) -> tuple[list[Run], SecondBounds, CriticalLoadFactors | None, SlipLimit | Missing | None]:
-    """Every simulation, λ_T, and the other evidence."""
-    how, below = (settings.cycles, settings.method), asked.slip_below
-    nominal = begin(lambda: _nominal_run(limits, *how))
+    progress: Progress | None,
+) -> tuple[list[Run], list[Any]]:
+    """Every simulation, and λ_T; the bounds by another solver, the critical load factors, the slip limit."""
+    nominal = begin(lambda: _nominal_run(limits, asked))
     # early: its simulations follow from each other
     transient = begin(lambda: limits.transient)
-    plan = plan_steps(limits, asked.load_factors, settings.random_states, settings.seed)
-    planned = [begin(step) for step in plan]
-    runs: list[Run] = [nominal()]
+    planned = [
+        begin(step) for step in plan_steps(limits, asked.load_factors, asked.random_states, asked.seed)
+    ]
+    first = nominal()
     # where they were too few for λ = 1
-    follow = limited_work(0.25 * MOST_WORK if is_spent(runs[0].simulation) else MOST_WORK)(run_of)
-    cases, ends = list[Case](), list[Callable[[], Run]]()
+    follow = limited_work(0.25 * MOST_WORK if is_spent(first.simulation) else MOST_WORK)(run_of)
+    cases, ends = list[Case](), list[Callable[[], Any]]()
     for step in planned:  # what one load factor has begins while the next one is planned
         new = step()
-        ends += [begin(partial(follow, limits, case, *how)) for case in new]
+        ends += [begin(partial(follow, limits, case, asked)) for case in new]
         cases += new
     few = limits.subsets is not None and limits.subsets <= asked.budget
     others = [
         second,
         begin(lambda: critical_load_factors(limits.problem, values=False) if few else None),
-        begin(lambda: None if below is None else limits.slip(below)),
+        begin(lambda: None if asked.slip_below is None else limits.slip(asked.slip_below)),
+        transient,
         begin(lambda: limits.friction),
         begin(lambda: limits.mesh),
     ]
-    first = sum(case.load_factor == AS_GIVEN for case in cases)  # λ = 1 comes first, then λ_T
-    waiting, results = [*ends[:first], transient, *ends[first:], *others], list[Any]()
-    for end in waiting:
+    results = list[Any]()
+    for end in [*ends, *others]:
         results.append(end())
-        if asked.progress is not None:
-            asked.progress(len(results) + 1, len(waiting) + 1)
-    again, critical, slip, *_ = results[len(ends) + 1 :]
-    return [*runs, *results[:first], *results[first + 1 : len(ends) + 1]], again, critical, slip
+        if progress is not None:
+            progress(len(results) + 1, len(ends) + len(others) + 1)
+    return [first, *results[: len(ends)]], results[len(ends) : len(ends) + 3]
 
 
-def _nominal_run(limits: JointLimits, cycles: int, method: str) -> Run:
+def _nominal_run(limits: JointLimits, asked: Settings) -> Run:
     """The nominal load, with the period of its long-term state, which every page shows."""
-    run = limited_work(MOST_WORK)(run_of)(limits, case_as_given(limits), cycles, method)
+    run = limited_work(MOST_WORK)(run_of)(limits, case_as_given(limits), asked)
     _ = run.simulation.settled.history  # followed in this thread, and kept
     return run

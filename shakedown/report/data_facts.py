@@ -281,9 +281,6 @@ def configuration(problem: Problem) -> tuple[str, str]:
     return str(found.get("name", "")), str(found.get("text", TOO_LONG))
 
 
-LONGEST_LOAD, LOAD_DIGITS = 28, 5  # characters of the name of a load, digits of its numbers
-
-
 def import_sheet(made: Import, *, written: str | None = None) -> Sheet:
     """Where the joint comes from, and the file that it was written to.
 
@@ -375,9 +372,9 @@ def _loads(made: Import) -> Section:
         if extent is not None:
             moments[np.abs(moments) <= NEGLIGIBLE * max(float(np.abs(moments).max()), force * extent)] = 0.0
             cells = np.hstack([cells, moments])
-        rows.append([shortened(load.name, LONGEST_LOAD), *[""] * len(heads)])
+        rows.append([shortened(load.name, 28), *[""] * len(heads)])  # characters
         for part, numbers in zip(load.parts, cells.tolist(), strict=True):
-            rows.append([f"  {part.what}", *(number(x, LOAD_DIGITS) for x in numbers)])
+            rows.append([f"  {part.what}", *(number(x, 5) for x in numbers)])
     title = "Loads at factor 1, the contact welded"
     return Section(title, (), [Table(["", *heads], rows)], [middle] if middle else [])
 

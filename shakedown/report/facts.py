@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 Rounding = Literal["down", "up", "nearest"]
 ROUNDED = {"down": down, "up": up, "nearest": few}
-MOST_DIGITS = 16  # that a float has
 NEGATIVE = "−"  # as long as a plus sign
 
 
@@ -137,7 +136,7 @@ def limits_as_text(limits: Sequence[tuple[float, Rounding]], digits: int = FEW_D
     ['1.00000004']
     """
     texts: list[str] = []
-    for more in range(digits, MOST_DIGITS + 1):
+    for more in range(digits, 17):  # a float has 16
         texts = [_padded(value, rounding, more) for value, rounding in limits]
         if _tell(limits, texts, apart=more < DIGITS):
             break
@@ -191,8 +190,6 @@ def signed(per_cent: float, digits: int) -> str:
 
 
 WIDTH = 80  # characters where there is no terminal
-LONGEST_VALUE = 24  # characters of a value that has a column of its own
-NARROW = 20  # characters that are too few to wrap a note in
 TOGETHER = re.compile(r" (?=%|±|= \d)|(?<=±) |(?<= =) (?=\d)")  # spaces at which no line ends
 GLUE = "\u2060"
 
@@ -218,11 +215,12 @@ def listing(facts: Sequence[Fact], width: int = WIDTH) -> str:
     """Labels, values and notes in aligned columns; notes are wrapped."""
     labels = max((len(fact.label) for fact in facts), default=0)
     shown = [(fact.label, one_line(fact.shown), fact.note) for fact in facts]
-    values = max((len(value) for _, value, _ in shown if len(value) <= LONGEST_VALUE), default=0)
+    # longer values have no column of their own
+    values = max((len(value) for _, value, _ in shown if len(value) <= 24), default=0)
     lines = []
     for label, value, note in shown:
         start = f"  {label.ljust(labels)}  "
-        if note and len(value) <= values and width - len(start) - values > NARROW:
+        if note and len(value) <= values and width - len(start) - values > 20:  # enough to wrap in
             lines.append(paragraph(note, width, f"{start}{value.ljust(values)}  "))
         else:
             lines.append(paragraph(f"{value}  {note}".strip(), width, start))
@@ -246,14 +244,12 @@ def paragraph(text: str, width: int = WIDTH, start: str = "") -> str:
     return wrapped.replace(GLUE, " ")
 
 
-LEAST = 10  # characters to which a column of words may be wrapped
-LONGEST, CUT = 40, 10  # rows of a table; so many at least are left out in its middle, or none
-UNBROKEN = 10**6  # characters that no line has
+LONGEST = 40  # rows of a table
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], longest: int = LONGEST) -> str:
     """Columns of numbers under their headings, in lines as long as they have to be."""
-    return table_as_text(Table(head, rows, ()), UNBROKEN, longest)
+    return table_as_text(Table(head, rows, ()), 10**6, longest)  # no line has so many characters
 
 
 def table_as_text(table: Table, width: int = WIDTH, longest: int = LONGEST) -> str:
@@ -261,7 +257,7 @@ def table_as_text(table: Table, width: int = WIDTH, longest: int = LONGEST) -> s
 
     Of a table with more rows than the longest one only the first and last ones.
     """
-    half, cut = longest // 2, len(table.rows) >= longest + CUT
+    half, cut = longest // 2, len(table.rows) >= longest + 10  # so many at least are left out, or none
     left_out = f"  … {len(table.rows) - 2 * half} more rows, all in --json and in files …"
     rows = [table.head, *([*table.rows[:half], *table.rows[-half:]] if cut else table.rows)]
     cells = {k: " ".join(row[k] for row in rows) for k in table.words}
@@ -279,7 +275,7 @@ def table_as_text(table: Table, width: int = WIDTH, longest: int = LONGEST) -> s
 def _wrapped(widths: list[int], least: Mapping[int, int], width: int) -> list[int]:
     """Widths with which a table fits a line as far as its columns of words can be wrapped between words."""
     while sum(widths) + 2 * len(widths) > width:
-        wide = [k for k in least if widths[k] > max(LEAST, least[k])]
+        wide = [k for k in least if widths[k] > max(10, least[k])]  # characters left of a column
         if not wide:
             break
         widths[max(wide, key=lambda k: (k > 0, widths[k]))] -= 1

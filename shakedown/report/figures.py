@@ -40,8 +40,6 @@ MOVING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
 COLOURS = {"zero": BLACK, "safe": GREEN, "witness": RED, "given": PURPLE, "random": BLUE, "ball": ORANGE}
 DASHES = ("-", "--", ":", "-.")
 THICK = 3.0  # width of the first line, in points
-WIDE, NARROW = (8.0, 1.8), (3.4, 2.6)  # of the scale of load factors [inch]
-ABOUT, LEAST = 1.3, 2.1  # inches: room about a patch for labels; least height of a picture of one
 
 
 def scale_picture(v: Verification) -> Picture:
@@ -56,7 +54,8 @@ def scale_picture(v: Verification) -> Picture:
         bands["impossible"] = (never, np.inf)
         caption += " Orange: shakedown is impossible while all nodes stay in contact. White: not decided."
     draw = partial(plot.load_factor_scale, marks, bands=bands)
-    return picture(caption.strip(), Drawing(draw, size=WIDE), Drawing(draw, size=NARROW))
+    wide, narrow = (8.0, 1.8), (3.4, 2.6)  # inches
+    return picture(caption.strip(), Drawing(draw, size=wide), Drawing(draw, size=narrow))
 
 
 def run_pictures(v: Verification) -> list[Picture]:
@@ -276,7 +275,8 @@ def _panels(problem: Problem, *draws: Callable[..., object]) -> list[Drawing]:
     for patch in range(min(patch_count(problem), EACH_SHOWN)):
         places, (width, highest) = places_of(problem, patch), PANEL
         wide, high = np.ptp(places.points, axis=0) + places.spacing
-        size = width, float(np.clip((width - ABOUT) * high / wide + ABOUT, LEAST, highest))
+        # inches: 1.3 of room about a patch for labels; 2.1 is the least height of a picture of one
+        size = width, float(np.clip((width - 1.3) * high / wide + 1.3, 2.1, highest))
         panels += [Drawing(partial(draw, patch=patch), size=size) for draw in draws]
     return panels
 

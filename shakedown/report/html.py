@@ -51,8 +51,6 @@ def write_report(path: str | os.PathLike[str], verification: Verification) -> No
     UsageError
         If a file cannot be written.
     """
-    if not isinstance(verification, Verification):
-        raise UsageError(f"verification: expected a Verification, found {type(verification).__name__}")
     target = report_path(path)
     document = {"report": REPORT} | verification.to_dict()
     page = render(verification)

@@ -6,7 +6,7 @@ The words of one result are those of its ``to_dict``; here they are put together
 import json
 from typing import TYPE_CHECKING, Any
 
-from shakedown.ground.errors import present
+from shakedown.ground.errors import Missing, present
 from shakedown.ground.shown_values import plain, visible
 
 if TYPE_CHECKING:
@@ -26,8 +26,10 @@ def _json_escape(character: str) -> str:
 
 def assessment_document(found: "Assessment", *, follow: bool = False) -> dict[str, Any]:
     """What ``shakedown-bounds solve --json`` writes."""
-    limits, absent = found.details, found.details.absent
+    limits = found.details
     limit = present(limits.transient) if follow else None
+    absent = limits.absent | {"friction": limits.friction, "sensitivities": limits.sensitivities["upper"]}
+    missing = {word: each.reason for word, each in absent.items() if isinstance(each, Missing)}
     return plain(
         {
             "problem": found.problem,
@@ -38,7 +40,7 @@ def assessment_document(found: "Assessment", *, follow: bool = False) -> dict[st
             "friction": limits.friction,
             "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
             **({"followed": None if limit is None else limit.followed} if follow else {}),
-            **({"missing": {word: each.reason for word, each in absent.items()}} if absent else {}),
+            **({"missing": missing} if missing else {}),
         }
     )
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.assessment.three_numbers import admitted_up_to, first_to_leave
 from shakedown.bounds.registry import BOUNDS, Claim
 from shakedown.ground.errors import Missing, present
 from shakedown.ground.shown_values import (
@@ -49,14 +48,12 @@ CLAIM = "shakedown (slip ceases)"
 CLOSED = "full contact"
 UNKNOWN = "–"  # instead of what a claim is valid for
 CAUSES = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
-SLIGHT = 5e-4  # per cent: a smaller change is called none
 SAME = 1e-3  # relative difference of two thresholds that is not shown
 NEXT = {
     Said.SHAKEDOWN: ("verify {} -o report.html", "(checks it)"),
     Said.OPEN: ("simulate {}", "(follows it)"),
     Said.IMPOSSIBLE: ("nodes {}", "(where it slips)"),
 }
-GIVEN = ("solve {} --initial given", "")
 
 
 def solve_sheet(
@@ -226,23 +223,17 @@ def decided_by(found: Assessment) -> Iterator[Fact]:
         yield Fact("no limit" if upper.status == Status.UNBOUNDED else "no safe slip", upper.reason)
     elif not limits.mesh.warning:
         yield from _deciding_node(found)
-    if found.said_as_given == Said.OPEN:
-        yield from _not_proved(limits.energy)
+    if found.said_as_given == Said.OPEN and limits.energy.status in (Status.INFEASIBLE, Status.UNDECIDED):
+        yield Fact("no proof as", limits.energy.reason)
     if problem.law.smooth.size:
         yield Fact("first slip", 0.0, rounding="down", note="without friction")
     elif 0.0 < slip.load_factor < inf and not upper.open_nodes:
         note = f"{node_in_words(problem, slip.node)}; below it no node slips"
         yield Fact("first slip", slip.load_factor, rounding="down", note=note)
     if found.proved_from_this_state < found.proved_from_every_state and not limits.open_nodes:
-        yield Fact("this state", _why_less(limits))
+        yield Fact("this state", "not one of all", note=notes.NOT_ONE_OF_ALL)
     if limits.mesh.warning:
         yield Fact("mesh", limits.mesh.warning)
-
-
-def _not_proved(energy: Bound) -> list[Fact]:
-    """Why nothing is proved of this state."""
-    none = energy.status in (Status.INFEASIBLE, Status.UNDECIDED)
-    return [Fact("no proof as", energy.reason)] if none else []
 
 
 def _deciding_node(found: Assessment) -> Iterator[Fact]:
@@ -259,7 +250,7 @@ def _deciding_node(found: Assessment) -> Iterator[Fact]:
         node = int(known.ranked()[0])
         changes = ((cause, float(getattr(known, kind).elasticity[node])) for kind, cause in CAUSES.items())
         effects = [
-            f"{cause} {facts.signed(by, 2) if abs(by) >= SLIGHT else '0 %'}"
+            f"{cause} {facts.signed(by, 2) if abs(by) >= 5e-4 else '0 %'}"  # per cent: less is called none
             for cause, by in changes
             if not isnan(by)
         ]
@@ -288,24 +279,11 @@ def _zone(upper: Bound, problem: Problem) -> Iterator[Fact]:
     yield Fact("safe slip up to", at, note="with exactly these nodes open throughout")
 
 
-def _why_less(limits: JointLimits) -> str:
-    """Why less is proved of the state that is asked about than of every state."""
-    slip, problem = limits.energy.initial_slip, limits.problem
-    if limits.universal.after_transient:
-        return "it is one before the transient load steps"
-    if limits.distance > 0:
-        return "not every slip near it is within the friction limits"
-    admitted = admitted_up_to(problem, slip, limits.tolerances)
-    node, event = first_to_leave(problem, slip, admitted)
-    above = f"above λ = {number(admitted, rounding='down')} " if admitted > 0 else ""
-    return f"{above}the first load step makes {node_in_words(problem, node)} {event}, so it is not one of all"
-
-
 def next_step(found: Assessment, file: str) -> list[Fact]:
     """The one thing to do next: a command on the file, and its purpose."""
     from_zero = not np.nan_to_num(found.details.energy.initial_slip).any()
     given = found.said_as_given == Said.OPEN and found.problem.initial_slip is not None and from_zero
-    command, why = GIVEN if given else NEXT[found.said_as_given]
+    command, why = ("solve {} --initial given", "") if given else NEXT[found.said_as_given]
     return [Fact("next", f"shakedown-bounds {command.format(file)}", note=why)]
 
 

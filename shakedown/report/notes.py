@@ -8,11 +8,9 @@ ASSUMED = (
 NOT_SAID = "Nothing is said about the strength of the material, wear, or fretting fatigue."
 CONSTANT = "The loading does not change over the period, so the load factor makes no difference."
 GIVEN_STATES = "The file has initial slips: --initial given proves from the first of them."
+NOT_ONE_OF_ALL = "Every state: one that the first load step leaves as it is, once the transient is over."
 NO_PROOF = "Limits of averaged slips prove nothing of the joint itself."
-COMPUTED = (
-    "computed: exactly, or to a relative width that exact arithmetic confirms; else in floats (double "
-    "precision), or simulated."
-)
+COMPUTED = "computed: exactly, or to a relative width (exact arithmetic); else in floats, or simulated."
 # about the loads
 LOAD_DOMAIN = "The load steps are the corners of a load domain: limits hold for every path inside it."
 ONE_PATH = "The corners of the load domain are simulated in the order given: one path of many."
@@ -24,9 +22,7 @@ REACHED = "reached: the load steps, counted from 0, in which the node is at its 
 F_THRESHOLD = "f threshold: above it the node alone, all others stuck, has no unique motion (A_jj/|B_jj|)."
 ZONE_SLIP = "open: throughout; its safe slip is the displacement of the node under the mean load."
 NO_SIDES = "λ_1, sensitivities and friction thresholds exist for plane joints, with one tangential direction."
-NOT_UNIQUE = (
-    "Above the threshold of uniqueness a motion may have several continuations or none, and then it jumps."
-)
+NOT_UNIQUE = "Above the threshold of uniqueness a motion may go on in several ways, or in none, and jumps."
 WEDGING = "Above the threshold of wedging, locked-in slip can hold the joint without any load."
 # about a run
 APART = "All nodes are open: the bodies separate."
@@ -57,9 +53,7 @@ FEW_MESHES = "Undecided: so few meshes show no trend; three or more may."
 ZERO_MESHES = "zero: no slip, or nothing proved, on these meshes."
 OTHER_LOADS = "The other loads stay as they are at λ = 1: an amplitude here is no load factor."
 NO_DISPLACEMENT = "Displacements are not known: the problem has no load_compliance."
-SAME_FROM_START = (
-    "From the initial state every amplitude ends in the same dissipation as from the one before it."
-)
+SAME_FROM_START = "From the initial state every amplitude dissipates as much as from the one before it."
 # about the enumeration
 INFEASIBLE_CORNER = "It lies below λ_1: there other constraints are broken already, so it ends no safe state."
 COLLAPSED_AT_MEAN = "λ_1 is 0 all the same: the safe region has collapsed at the mean load already."
@@ -70,18 +64,15 @@ NO_STATE = "No state is drawn: at λ = 1 no long-term state was found."
 NO_VIEW = "There is no view to turn: the problem does not say where its nodes are."
 NO_LOOPS = "There are no loops to draw: no simulated state from this start slips in every cycle."
 SLIP_PER_CYCLE = (
-    "Slip per cycle of the node that slips most. A line that falls to “no slip” has shaken down, or is "
-    "separation; one that ends on its way down was followed no further. A level line is cyclic slip or "
-    "ratchetting. Initial slips: zero; given: from the file; safe: safe at this load; witness: critical at "
-    "λ_1; random: left by random loads; ball: in the energy ball."
+    "Slip per cycle of the node that slips most. At “no slip” it has shaken down, or is separation; a level "
+    "line is cyclic slip or ratchetting. Initial slips: given: from the file; safe: safe at this load; "
+    "witness: critical at λ_1; random: left by random loads; ball: in the energy ball."
 )
 SLIP_SPACE = "Slip space: the limits of both nodes, the safe region, and the paths (○ start, ■ end)."
 CHANGES = "Change of a limit [%] with 1 % more friction, constant load or load amplitude at one node."
 KINKS = "No bar: the limit has a kink there, and no derivative."
-SLIP_OVER_LOAD = (
-    "Largest slip range of a node in the long run. Dotted: slips grow for ever or contact is lost."
-)
+SLIP_OVER_LOAD = "Largest slip range of a node. Dotted: slips grow for ever or contact is lost."
 LOADS = (
-    "Loads at λ = 1: the welded reactions, those with every slip held. An arrow is a mean, the line at it "
-    "the period; beside them the reactions of single nodes, and their sums."
+    "Loads at λ = 1: the welded reactions, with every slip held. Arrow: mean; line at it: the period; "
+    "beside them the reactions of single nodes, and their sums."
 )

@@ -47,9 +47,7 @@ if TYPE_CHECKING:
     from shakedown.long_term.node_table import NodeResults
     from shakedown.long_term.simulation import Simulation, SlipCriterion
 
-OPEN_AT_TIMES = "open at times"
 WORST = 10  # nodes shown where there are many
-SHORT = 3  # digits in a table of many columns
 HEADINGS = {"accumulated_slip": "Σ|Δv|", "tau_delta": "τ δ", "total_slip_bound": "total slip ≤"}
 DOES = {
     Outcome.SHAKEDOWN: "shakes down",
@@ -216,7 +214,7 @@ def node_facts(problem: Problem, found: NodeResults) -> list[Fact]:
     """The largest slip range, slip, work and pressure of a node, the sum of the work, how many nodes slip."""
     unit, columns = units_of(problem), node_columns(found, problem)
     counted = (
-        f"{found.status.count(word)} {OPEN_AT_TIMES if word == 'mixed' else word}"
+        f"{found.status.count(word)} {'open at times' if word == 'mixed' else word}"
         for word in dict.fromkeys(found.status)
     )
     facts = [Fact("nodes, simulated", str(problem.n), note=", ".join(counted))]
@@ -247,7 +245,8 @@ def worst_table(problem: Problem, found: NodeResults) -> Table:
     keys = len(shown) - 1
     for word, values in columns.items():
         name = HEADINGS.get(word, word.replace("_", " "))
-        shown[with_unit(name, found.units[word])] = [number(value, SHORT) for value in values]
+        # few digits, as there are many columns
+        shown[with_unit(name, found.units[word])] = [number(value, 3) for value in values]
     ranked = {name: [column[node] for node in worst] for name, column in shown.items()}
     return Table.of(ranked, ("FE", "status"), keys)
 

@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from shakedown.studies.refined import Refinement
     from shakedown.studies.sweep import Sweep
 
-ALL_DIGITS = 10  # of a list of load factors that may differ little
-
 
 def critical_sheet(problem: Problem, found: CriticalLoadFactors) -> Sheet:
     """The smallest critical load factor, where its limits meet, and where asked for all of them."""
@@ -48,7 +46,8 @@ def critical_sheet(problem: Problem, found: CriticalLoadFactors) -> Sheet:
         columns = node_column(problem) | {with_unit("slip there", units_of(problem).length): slips}
         tables.append(Table.of(columns))
     if found.load_factors is not None:
-        rows = [[str(k), number(value, ALL_DIGITS)] for k, value in enumerate(found.load_factors)]
+        # digits for load factors that may differ little
+        rows = [[str(k), number(value, 10)] for k, value in enumerate(found.load_factors)]
         tables.append(Table(["", "critical load factors"], rows))
     return Sheet(headline(problem), (), None, facts, [Section("", (), tables, said)])
 
@@ -95,7 +94,6 @@ REGION_TYPES = {
     "iv": "no bounded safe region and no bounded complementary one",
 }
 KNOWN = {True: "yes", False: "no", None: "not known"}
-LONGEST_NODES = 16  # characters for the nodes that slip
 
 
 def map_sheet(problem: Problem, found: InitialStateMap | InitialStateMaps) -> Sheet:
@@ -161,9 +159,10 @@ def map_facts(found: InitialStateMap) -> list[Fact]:
         facts.append(Fact("same final state", KNOWN[found.unique], note=found.evidence))
     criterion = found.slip_criterion
     if criterion is not None:
-        who = "every state" if criterion.met else f"{per_cent(criterion.met_fraction)} of the states"
-        largest = f"largest slip range {sized(criterion.largest, unit.length)}"
-        facts.append(Fact(f"slips below {sized(criterion.below, unit.length)}", f"from {who}", note=largest))
+        who = "every state" if criterion["met"] else f"{per_cent(criterion['met_fraction'])} of the states"
+        largest = f"largest slip range {sized(criterion['largest'], unit.length)}"
+        label = f"slips below {sized(criterion['below'], unit.length)}"
+        facts.append(Fact(label, f"from {who}", note=largest))
     if kind := found.region_type:
         facts.append(Fact("regions of slip space", f"type ({kind})", note=REGION_TYPES[kind]))
     return facts
@@ -174,7 +173,8 @@ def undecided(found: InitialStateMap) -> list[Fact]:
     facts = []
     for one in found.undecided_reasons:
         more = "; more --cycles may decide" * one.more_cycles
-        known = f"{one.count} of {found.looked_at_again} looked at again{more}"
+        again = sum(each.count for each in found.undecided_reasons)
+        known = f"{one.count} of {again} looked at again{more}"
         facts.append(Fact("undecided because", one.reason, note=known))
     return facts
 
@@ -196,7 +196,7 @@ def _limit_cycles(found: InitialStateMap) -> Section:
             for cycle in cycles
         ],
         "slip at": [
-            shortened(open_in_words(cycle.slipping_nodes).partition(" ")[2], LONGEST_NODES)
+            shortened(open_in_words(cycle.slipping_nodes).partition(" ")[2], 16)  # characters
             for cycle in cycles
         ],
     }
@@ -221,7 +221,7 @@ def _over_load_factors(found: InitialStateMaps, path: list[str]) -> list[Section
         ],
     }
     if first.slip_below is not None:
-        met = [one.slip_criterion.met_fraction for one in maps if one.slip_criterion is not None]
+        met = [one.slip_criterion["met_fraction"] for one in maps if one.slip_criterion is not None]
         shares[f"below {number(first.slip_below)}"] = [per_cent(part) for part in met]
     facts = [Fact("at every load factor", states(first))]
     for one in maps:
@@ -249,7 +249,6 @@ REGIONS = {  # of a load factor, and what a narrow column calls them
     "no joint": "no joint",
 }
 CLAIMED = (Claim.EVERY_STATE, Claim.THIS_STATE, Claim.IMPOSSIBLE)  # in columns that are called so
-TIED = 10.0**-DIGITS  # as a fraction of the largest limit: differences not shown
 LONGEST_HEADING = 14  # characters of the name of a parameter
 SHOWN = 5  # digits of limits and of the points of a curve
 
@@ -317,26 +316,17 @@ def _largest(found: Sweep) -> Iterator[Fact]:
     for claim, values, rounding in _limits(found).values():
         if claim in CLAIMED and np.isfinite(values).any() and not np.isinf(values).any():
             largest = float(np.nanmax(values))
-            tied = values >= largest * (1.0 - TIED)
+            tied = values >= largest * (1.0 - 10.0**-DIGITS)  # differences that are not shown
             where = "at every point" if tied.all() else f"at {_places(found, tied)}"
             yield Fact(f"largest “{claim}”", largest, rounding=rounding, note=where)
 
 
 def _places(found: Sweep, chosen: NDArray[np.bool_]) -> str:
-    """Some of the computed points: by value, or counted where many are consecutive or two parameters vary."""
+    """Some of the computed points: by value where they are few, else how many."""
     places = np.argwhere(chosen)
-    if len(places) == 1:
-        return ", ".join(_valued(found, axis, [k]) for axis, k in enumerate(places[0]))
-    if len(found.parameters) == 2:
+    if len(places) > (EACH_SHOWN if len(found.parameters) == 1 else 1):
         return f"{len(places)} of {chosen.size} points"
-    runs = np.split(places[:, 0], np.flatnonzero(np.diff(places[:, 0]) > 1) + 1)
-    listed = [int(k) for run in runs if len(run) <= EACH_SHOWN for k in run]
-    texts = [_valued(found, 0, listed)] if listed else []
-    for run in runs:
-        if len(run) > EACH_SHOWN:
-            low, high = found.values[0][run[[0, -1]]]
-            texts.append(f"{len(run)} values from {few(low, DIGITS)} to {few(high, DIGITS)}")
-    return ", ".join(texts)
+    return ", ".join(_valued(found, axis, at.tolist()) for axis, at in enumerate(places.T))
 
 
 def _valued(found: Sweep, axis: int, places: list[int]) -> str:
@@ -404,7 +394,6 @@ def _curve(problem: Problem, curve: DampingCurve) -> Table:
     return Table.of(shown | {"outcome": outcomes}, ("outcome",))
 
 
-MESHES = 3  # shown, the finest
 NUMBERS = {  # first those that converge for most joints
     "work": "friction work",
     "largest_slip": "largest slip",
@@ -432,7 +421,7 @@ def refinement_sheet(problem: Problem, found: Refinement) -> Sheet:
     proved from this state | 4.663 | 4.709 | undecided | – | –
     proved from every state | 0 | 0 | zero | – | –
     """
-    units, last = units_of(problem), slice(-MESHES, None)
+    units, last = units_of(problem), slice(-3, None)  # the finest meshes
     asked = {"averaged_impossible_above": found.radius, "slip_limit": found.slip_below}
     of = {"work": units.work, "largest_slip": units.length}
     rows = []

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,6 @@ from shakedown.joint.result import Result
 from shakedown.long_term.find_state import LongTermStates
 from shakedown.programs.polygon import corners
 from shakedown.studies.limit_cycles import (
-    LOOKED_AT,
     LimitCycle,
     Scatter,
     UndecidedReason,
@@ -25,27 +24,6 @@ from shakedown.studies.limit_cycles import (
     undecided_reasons,
 )
 from shakedown.studies.samplers import NAMED, Sampler, Sampling
-
-
-class SlipShare(NamedTuple):
-    """The share of states from which the slip range of every node stays below a length.
-
-    Attributes
-    ----------
-    below
-        The length [length].
-    met
-        Whether it does from all of them; None where it does from all that are decided.
-    largest
-        The largest slip range [length], infinite where slips grow for ever or contact is lost for good.
-    met_fraction
-        From which share of the states it does.
-    """
-
-    below: float
-    met: bool | None
-    largest: float
-    met_fraction: float
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -145,19 +123,22 @@ class InitialStateMap(LongTermStates):
         return slip_scatter(self.final_slip, shaken, np.asarray(self.final_slip[shaken[:1]]))
 
     @cached_property
-    def slip_criterion(self) -> SlipShare | None:
-        """The share of states with slip ranges below the requested length; None where none was given."""
+    def slip_criterion(self) -> dict[str, Any] | None:
+        """From how many states every slip range stays below the length; None where none was given.
+
+        ``below``: the length [length]. ``met``: whether it does from all of them; None where it does from all
+        that are decided. ``largest``: the largest slip range [length], infinite where slips grow for ever or
+        contact is lost for good. ``met_fraction``: from which share of the sampled states it does.
+        """
         if self.slip_below is None or self.slip_range is None:
             return None
         met, unknown = self.slip_range < self.slip_below, np.isnan(self.slip_range)
-        everywhere = None if (met | unknown).all() and unknown.any() else bool(met.all())
-        largest = float(np.nanmax(self.slip_range)) if not unknown.all() else np.nan
-        return SlipShare(self.slip_below, everywhere, largest, float(met[self.sampled].mean()))
-
-    @property
-    def looked_at_again(self) -> int:
-        """The number of undecided states that ``undecided_reasons`` is based on."""
-        return min(self.undecided, LOOKED_AT)
+        return {
+            "below": self.slip_below,
+            "met": None if (met | unknown).all() and unknown.any() else bool(met.all()),
+            "largest": float(np.nanmax(self.slip_range)) if not unknown.all() else np.nan,
+            "met_fraction": float(met[self.sampled].mean()),
+        }
 
     @cached_property
     def undecided_reasons(self) -> tuple[UndecidedReason, ...]:
@@ -222,7 +203,10 @@ class InitialStateMap(LongTermStates):
             "fractions": {word: count / self.sampling.states for word, count in self.outcomes.items()},
             "dissipation": self.dissipation_quartiles,
             "dissipation_of": self.dissipation_of,
-            "limit_cycles": [_without_slips(cycle) for cycle in self.limit_cycles],
+            "limit_cycles": [
+                {word: value for word, value in cycle.to_dict().items() if word != "final_slip"}
+                for cycle in self.limit_cycles
+            ],
             "same_outcome": self.same_outcome,
             "slip_spread": self.scatter.spread,
             "largest_slip": self.scatter.largest,
@@ -231,7 +215,7 @@ class InitialStateMap(LongTermStates):
             "undecided_reasons": self.undecided_reasons,
         }
         if self.slip_criterion is not None:
-            document["slip_criterion"] = self.slip_criterion._asdict()
+            document["slip_criterion"] = self.slip_criterion
         return {word: plain(value) for word, value in document.items()}
 
 
@@ -244,10 +228,6 @@ def _quartiles(values: FloatArray) -> FloatArray:
     """Minimum, quartiles and maximum of what is known, (5,)."""
     known = values[~np.isnan(values)]
     return np.quantile(known, [0.0, 0.25, 0.5, 0.75, 1.0]) if len(known) else np.full(5, np.nan)
-
-
-def _without_slips(cycle: LimitCycle) -> dict[str, Any]:
-    return {word: value for word, value in cycle.to_dict().items() if word != "final_slip"}
 
 
 @dataclass(frozen=True)

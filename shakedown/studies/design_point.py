@@ -20,7 +20,7 @@ from shakedown.ground.errors import BudgetExceeded, Missing, UsageError, allowed
 from shakedown.ground.shown_values import few, nodes_in_words, short, shortened, up
 from shakedown.ground.status import Guarantee, Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import is_finite, real_array, require_problem
+from shakedown.joint.arguments import is_finite, real_array
 from shakedown.joint.constraints import Loading, loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import NO_LOADS, scaled_units
@@ -102,7 +102,6 @@ def with_parameter(problem: Problem, name: str, value: float) -> Problem:
     >>> round(2.0 * bound, 6)
     0.739146
     """
-    require_problem(problem)
     if name not in PARAMETERS:
         found = shortened(repr(name))
         raise UsageError(f"parameter: expected one of {', '.join(PARAMETERS)}, found {found}")
@@ -321,7 +320,7 @@ def design_point(
     bounds: tuple[str, ...] = tuple(BOUNDS),
     load_factors: tuple[float, ...] = (),
     initial_slip: FloatArray | None = None,
-    open_nodes: tuple[()] | Literal["auto"] = "auto",
+    open_nodes: tuple[int, ...] | Literal["auto"] = "auto",
     quick: bool = False,
     slip_below: float | None = None,
     tolerances: Tolerances = DEFAULT,

@@ -21,8 +21,6 @@ from shakedown.studies.samplers import Sampling
 Columns = dict[str, NDArray[Any]]
 Rows = NDArray[np.intp]  # numbers of states
 
-LOOKED_AT = 8  # largest number of undecided states followed again
-
 
 class Scatter(NamedTuple):
     """The scatter of the slips that some states end on.
@@ -329,7 +327,8 @@ def undecided_reasons(
     rows
         Numbers of those that are undecided; a few spread evenly over them are looked at.
     """
-    chosen = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), LOOKED_AT)).round().astype(int))
+    # eight are followed again
+    chosen = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), 8)).round().astype(int))
     found = defaultdict[tuple[str, bool], list[int]](list)
     for example in rows[chosen].tolist():
         state = sampling.state(slips[example])

@@ -295,8 +295,8 @@ def refine(
         check_table(output)
     how = float(load_factor), radius, slip_below
     if isinstance(make, Mapping):
-        joints = [make[size].fingerprint for size in wanted]
         _check_one_joint([_about(make[size]) for size in wanted])
+        joints = [make[size].fingerprint for size in wanted]
     else:  # the joints are known only afterwards
         joints = [function_stamp(make, wanted[0])]
     run: dict[str, Any] = {"executor": executor, "workers": workers, "progress": progress}

@@ -1,6 +1,6 @@
 """The limits of the load factor over one or two parameters of a joint, and the regions between them."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -326,7 +326,7 @@ def sweep(
     bounds: Sequence[str] | None = None,
     load_factors: Sequence[float] = (),
     initial_slip: ArrayLike | None = None,
-    open_nodes: Literal["auto", "none"] = "auto",
+    open_nodes: Iterable[int] | Literal["auto"] = "auto",
     quick: bool = False,
     slip_below: float | None = None,
     executor: Executor | None = None,
@@ -363,8 +363,7 @@ def sweep(
     initial_slip : (n,), optional
         The state that λ_E, λ_S, λ_T and simulations are about [length]; zero by default.
     open_nodes
-        ``"auto"``: λ_max and λ_E of the best zone of open nodes found; ``"none"``: of all
-        nodes in contact.
+        The nodes that stay open, for λ_max and λ_E; ``"auto"``: those of the best zone found.
     quick
         λ_T to 0.1 %.
     slip_below
@@ -405,15 +404,13 @@ def sweep(
     ['never', 'depends on the state']
     """
     variation, values = checked_variation(joint, vary)
-    if open_nodes not in ("auto", "none"):
-        raise UsageError(f"open_nodes: expected 'auto' or 'none', found {open_nodes!r}")
     for load_factor in load_factors:
         check_load_factor(load_factor)
     asked: dict[str, Any] = {
         "bounds": _checked_bounds(bounds, variation.base),
         "load_factors": tuple(map(float, load_factors)),
         "initial_slip": None if initial_slip is None else real_array("initial slip", initial_slip),
-        "open_nodes": "auto" if open_nodes == "auto" else (),
+        "open_nodes": open_nodes if isinstance(open_nodes, str) else tuple(open_nodes),
         "quick": bool(quick),
         "slip_below": None if slip_below is None else check_slip_below(slip_below),
         "tolerances": tolerances,

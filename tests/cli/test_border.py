@@ -224,7 +224,7 @@ def test_keys_and_paths_in_messages_are_short_and_not_obeyed(tmp_path):
 )
 def test_odd_state_numbers(tmp_path, initial):
     words = ("simulate", "three-node", "--load-factor", "1", "--initial", initial)
-    refused(*words, cwd=tmp_path, message="--initial given")
+    refused(*words, cwd=tmp_path, message="--initial: expected zero, given, given:K")
 
 
 # odd files -------------------------------------------------------------------------------------------

@@ -160,11 +160,19 @@ BAD = {
     ),
     "no given state": (
         ["simulate", "two-node", "--load-factor", "1", "--initial", "given"],
-        "no initial_slip",
+        "found given, of a problem with 0 given states",
+    ),
+    "given state too high": (
+        ["simulate", "three-node", "--load-factor", "1", "--initial", "given:7"],
+        "found given:7, of a problem with 1 given states",
     ),
     "given state a word": (
         ["simulate", "three-node", "--load-factor", "1", "--initial", "given:x"],
-        "state number",
+        "found given:x",
+    ),
+    "state number after a word": (
+        ["simulate", "two-node", "--load-factor", "1", "--initial", "witness:3x"],
+        "found witness:3x",
     ),
     "report that is its own JSON": (["verify", "one-node", "-o", "r.json"], "the JSON goes beside it"),
     "no safe state there": (

@@ -48,7 +48,7 @@ WRONG = [
     (["--amplitudes", "1,x"], "--amplitudes: expected LOW:HIGH:COUNT"),
     (["--amplitudes", "2,1"], "amplitudes: expected numbers >= 0 that rise, at least one, found [2, 1]"),
     (["--amplitudes", "1,2", "--load", "pull"], "load: expected one of 0 to 0, 'push', found 'pull'"),
-    (["--amplitudes", "1,2", "--initial", "safe"], "--initial safe: expected zero, given"),
+    (["--amplitudes", "1,2", "--initial", "safe"], "--initial: expected zero, given"),
 ]
 
 

@@ -94,7 +94,7 @@ def test_what_is_required_is_proved_or_the_exit_code_is_1(required, code):
         (("--distance", "-1"), "distance: expected a number >= 0, found -1"),
         (("--distance", "nan"), "distance: expected a number >= 0, found nan"),
         (("--initial", "safe"), "expected zero, given, given:K or PATH.npy"),
-        (("--initial", "given"), "the problem has no initial_slip"),
+        (("--initial", "given"), "found given, of a problem with 0 given states"),
     ],
 )
 def test_bad_states_and_distances_are_one_line(words, message):

@@ -51,7 +51,7 @@ def test_the_document_has_every_key_and_null_where_there_is_nothing(found):
     ("words", "said"),
     [
         (("critical", "one-node-3d"), "critical load factors: expected one tangential direction, found two"),
-        (("solve", "one-node-3d", "--initial", "given"), "--initial given: the problem has no initial_slip"),
+        (("solve", "one-node-3d", "--initial", "given"), "found given, of a problem with 0 given states"),
         (("solve", "one-node-3d", "--open", "0"), "open"),
     ],
 )

@@ -114,7 +114,7 @@ def test_pictures_are_written(tmp_path, vary):
         (("--vary", "f=0.3,0.2"), "vary f: expected rising values, at least one, found"),
         (("--vary", "f=1", "--vary", "f=2"), "expected each parameter once, found f twice"),
         (("--vary", "f=1", "--vary", "mean=2", "--vary", "phase=0"), "expected one or two parameters"),
-        (("--vary", "f=0.3", "--bounds", "lower,lover"), "--bounds: expected some of lower,universal"),
+        (("--vary", "f=0.3", "--bounds", "lower,lover"), "bounds: expected some of lower, universal"),
         (("--vary", "f=0.3", "--resume"), "--resume: expected -o FILE"),
         (("--vary", "f=0.3", "-o", "table.xlsx"), "ends in .csv or .parquet"),
         (("--vary", "f=0.3", "--picture", "a.txt"), "ends in .png, .svg or .pdf"),

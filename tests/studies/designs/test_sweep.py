@@ -210,7 +210,12 @@ def test_frame_and_parquet(tmp_path, found):
         (TWO, {"f": [0.3, 0.2]}, {}, r"vary f: expected rising values, at least one, found \[0.3, 0.2\]"),
         (TWO, {"f": 0.3}, {"bounds": ["lover"]}, "bounds: expected some of lower, .* found lover"),
         (TWO, {"f": 0.3}, {"bounds": ["upper", "upper"]}, "each once"),
-        (TWO, {"f": 0.3}, {"open_nodes": "all"}, "open nodes: expected 'auto' or 'none'"),
+        (
+            TWO,
+            {"f": 0.3},
+            {"open_nodes": "all"},
+            "open nodes: expected several whole numbers or 'auto', found 'all'",
+        ),
         (TWO, {"f": 0.3}, {"output": "table.txt"}, "ends in .csv or .parquet"),
         ("two-node", {"f": 0.3}, {}, "expected a Problem or an Import or a function, found 'two-node'"),
     ],
