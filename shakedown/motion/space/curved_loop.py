@@ -35,6 +35,7 @@ from shakedown.motion.course import (
 from shakedown.motion.space.event_search import (
     NEVER,
     end_of_step,
+    expected,
     first_event,
 )
 from shakedown.motion.space.rate_choice import choose_rates
@@ -65,6 +66,7 @@ from shakedown.motion.space.space_run import (
 from shakedown.motion.space.speeds import MOST_EXCHANGES, arrange, compute_out, move
 
 AT_EVENT = PAUSED + 1  # within a load step
+AHEAD = 1.05  # length of a step relative to the expected time of the next event
 BESIDE = 0.002  # share of the error of a passage that a step may use regardless of its length
 SAFETY, LEAST = 0.9, 0.2  # bounds on the next step, relative to the last
 MOST = 1.0 / LEAST
@@ -229,9 +231,14 @@ def lengthen(st: Step, ct: StepControl, h: float, used: float) -> None:
 
 
 @inner
-def next_length(sp: Slipping, rest: float, free: float) -> float:
-    """The step to try, without leaving a short remainder."""
-    if sp.s == 0 or free > 0.9 * rest:
+def next_length(sp: Slipping, rest: float, free: float, event: float) -> float:
+    """The step to try: not far beyond the next event, and without leaving a short remainder."""
+    if sp.s == 0:
+        return rest
+    h = AHEAD * event
+    if h < min(free, 0.9 * rest):
+        return max(h, LEAST * min(free, rest))
+    if free > 0.9 * rest:
         return rest
     return 0.5 * rest if free > 0.5 * rest else free
 
@@ -259,11 +266,13 @@ def choose_step(run: SpaceRun, rest: float) -> float:
     fastest, apex = 0.0, time_to_apex(joint, course, rates, sp)
     for a in range(sp.s):
         fastest = max(fastest, turning(sp, st, a, 0.0))
-    far, most = next_length(sp, rest, ct.long), HALF_WAY * apex
+    event = expected(run)
+    h, far = next_length(sp, rest, ct.h, event), next_length(sp, rest, ct.long, event)
+    most = HALF_WAY * apex
     if fastest * SEVEN_DIGITS * rest < STABLE:  # even such fine steps may turn too far: errors limit them
         most = min(most, STABLE / fastest if fastest > 0.0 else np.inf)
     st.method = EXPLICIT
-    short = min(next_length(sp, rest, ct.h), most)
+    short = min(h, most)
     jumps = far > HALF_WAY * apex and apex < ct.apex_ahead
     stiff = ct.wait == 0 and far > GAIN * short and short * fastest > TURNS
     if jumps or stiff:

@@ -113,6 +113,19 @@ def first_event(run: SpaceRun, h: float) -> tuple[float, int, int]:
     return first, node, next_kind
 
 
+@inner
+def expected(run: SpaceRun) -> float:
+    """The time of the first event at the present rates, ignoring speeds; infinite where there is none."""
+    mo, first = run.motion, np.inf
+    for i in range(run.joint.n):
+        kind = kind_of(mo, i)
+        left = distance(run, i, kind, mo.out)
+        rate = distance_rate(run, i, kind, mo.out, run.rates.rate)
+        if left > near_event(run, kind) and rate < 0.0:
+            first = min(first, left / -rate)
+    return first
+
+
 @summing
 def find_bend(run: SpaceRun, i: int, h: float) -> None:
     """The outputs of one node within the step as a polynomial."""
