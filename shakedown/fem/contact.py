@@ -38,7 +38,7 @@ from shakedown.models.condensation.contact_frame import node_names, patch_positi
 from shakedown.models.condensation.load_case import LoadCase, without_closing
 from shakedown.models.condensation.stiffness_checks import with_shanks
 from shakedown.models.condensation.surface_coupling import SurfaceCoupling, surface_coupling
-from shakedown.models.condensation.surface_mesh import ContactSurface, hat_areas
+from shakedown.models.condensation.surface_mesh import hat_areas
 
 
 @checked
@@ -251,7 +251,13 @@ class _Joint:
             raise ProblemError("contact: expected two plane bodies or two solid ones, found one of each")
         shift = int(body.dofs[:, 0].max()) + 1 + len(body.rigid)  # where the nodes of the second body begin
         self.surface = body.surface(boundary)
-        self.coupling = _coupled(self.surface, against, shift, coupling, reach)
+        self.coupling: SurfaceCoupling | None = None
+        if coupling == "mortar" and against is not None:
+            self.coupling = surface_coupling(self.surface, against[0].surface(against[1], shift), reach=reach)
+        elif coupling == "mortar" or reach is not None:
+            raise ProblemError(
+                "coupling, reach: expected a second body beside 'mortar', and it beside a reach"
+            )
         nodes, normals = body.normals_on(boundary)
         normals, place = _in_symmetry_planes(body, nodes, normals), body.positions(nodes)
         kept, met, numbers = _not_held(body, nodes), [nodes], nodes
@@ -345,23 +351,6 @@ def _reduced(case: LoadCase, ties: sparse.csr_array) -> LoadCase:
     """A load case in the unknowns of bodies with rigid boundaries (:func:`~shakedown.fem.body.tied`)."""
     parts = {key: getattr(case, key) for key in ("force", "displacement")}
     return replace(case, **{key: ties.T @ part for key, part in parts.items() if part is not None})
-
-
-def _coupled(
-    surface: ContactSurface,
-    against: tuple[ElasticBody, str] | None,
-    shift: int,
-    coupling: str,
-    reach: float | None,
-) -> SurfaceCoupling | None:
-    """The coupling of meshes that need not match; None where nodes face nodes, or an obstacle."""
-    if coupling == "nodes":
-        if reach is not None:
-            raise ProblemError(f"reach: expected beside coupling = 'mortar' only, found {reach}")
-        return None
-    if against is None:
-        raise ProblemError("coupling: expected a second body beside 'mortar', found none")
-    return surface_coupling(surface, against[0].surface(against[1], shift), reach=reach)
 
 
 def _all_places(bodies: Sequence[ElasticBody], shift: int) -> dict[int, list[float]]:

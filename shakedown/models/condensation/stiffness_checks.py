@@ -228,49 +228,6 @@ def asymmetry(matrix: FloatArray) -> float:
     return float(np.abs(matrix - matrix.T).max() / max(np.abs(matrix).max(), np.finfo(float).tiny))
 
 
-def check_against_run(
-    stiffness: FloatArray, displacement: FloatArray, reaction: FloatArray, *, what: str = "static run"
-) -> float:
-    """Compare a condensed stiffness with a static run of the same model.
-
-    Parameters
-    ----------
-    stiffness : ((d + 1) n, (d + 1) n)
-        κ [force/length].
-    displacement, reaction : ((d + 1) n,)
-        Prescribed contact displacements (v, w) [length] and the reactions that
-        the run gave for them, without any other load [force].
-
-    Returns
-    -------
-    float
-        Largest difference, relative to the largest reaction.
-
-    Raises
-    ------
-    ProblemError
-        If they differ by more than ``Tolerances.cross_check``.
-
-    Examples
-    --------
-    >>> check_against_run(np.diag([2.0, 4.0]), np.array([0.0, 1.0]), np.array([0.0, 4.0]))
-    0.0
-    """
-    predicted = stiffness @ displacement
-    size = max(float(np.abs(reaction).max()), np.finfo(float).tiny)
-    error = float(np.abs(predicted - reaction).max() / size)
-    if error <= DEFAULT.cross_check:
-        return error
-    hint = ""
-    along = float(predicted @ reaction) / float(reaction @ reaction) if reaction.any() else 0.0
-    if along != 0 and np.abs(predicted - along * reaction).max() <= DEFAULT.cross_check * abs(along) * size:
-        hint = f"; they differ by the factor {along:.6g}" + (" (wrong sign)" if along < 0 else "")
-    raise ProblemError(
-        f"{what}: expected the reactions of the condensed stiffness to {DEFAULT.cross_check:g}, found a "
-        f"relative difference of {error:.2g}{hint}"
-    )
-
-
 def with_shanks(K: sparse.csr_array, shanks: Sequence[tuple[float, FloatArray]]) -> sparse.csr_array:
     """K + Σ k e eᵀ, of shanks with stiffness k that get shorter by e · u.
 

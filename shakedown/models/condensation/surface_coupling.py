@@ -20,7 +20,6 @@ from shakedown.models.condensation.surface_mesh import (
 
 REACH = 0.25  # in sizes of slave facets, or spacings of pairs: farther away another partner may be meant
 UNCOVERED = 0.02  # share of the slave's area without a partner that is not worth a warning
-FAR = 0.5  # of the reach: beyond, the surfaces may be drawn too far apart
 PARTLY = 0.5  # share of a surface beside the other, beyond which its nodes are no place for results
 FINER = 0.67  # size of the slave's facets relative to the master's: below it λ_E and λ_U are lower
 
@@ -253,11 +252,6 @@ def _warnings(made: SurfaceCoupling, accepted: float | None, weak: IntArray, fin
             f"{100 * without:.2g} % of the {extent} of the first surface lies beside the second or too far "
             f"from it{more}, and carries nothing: 'uncovered' accepts it, 'reach' is {made.reach:.3g}"
             f"{on_part}"
-        )
-    if made.flat and np.abs(made.distance).max() > FAR * made.reach:
-        yield (
-            f"the surfaces are drawn up to {np.abs(made.distance).max():.3g} apart, more than half the "
-            f"reach of {made.reach:.3g}: say 'reach' where that is meant"
         )
     if made.finer < FINER and not finer:
         advice = "name the coarser first, or"

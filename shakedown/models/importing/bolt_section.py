@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import LARGEST_LABEL, NEGLIGIBLE, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.shown_values import few
 from shakedown.models.condensation.factorised_interior import WeldedCase
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.importing.load_section import LoadSection
-from shakedown.models.importing.model_section import nodes_of
+from shakedown.models.importing.model_section import labels_of
 from shakedown.models.importing.stiffness_section import ImportContext
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import quoted, unfit
@@ -250,12 +250,7 @@ def _end(table: TomlTable, key: str, context: ImportContext) -> tuple[NDArray[np
     """The nodes of a node set (or one node), and the share of an even pressure that each carries."""
     value = table.take(key, "a node set, or a node", required=True)
     where, mesh = f"{table.where}: key '{key}'", context.mesh
-    if not mesh.is_known or not isinstance(value, str | int) or isinstance(value, bool):
-        found = shown(value) if mesh.is_known else "no [model]"
-        raise unfit(where, "a node set of the deck in [model], or a node", found)
-    if isinstance(value, int) and not 0 < value <= LARGEST_LABEL:
-        raise unfit(where, "the number of a node, 1 or more", shown(value))
-    labels = nodes_of(mesh, value, where) if isinstance(value, str) else np.array([value], dtype=np.intp)
+    labels = labels_of(mesh, value, where)
     surface = value.strip().upper() if isinstance(value, str) else ""
     area = mesh.node_areas(labels, surface if surface in mesh.surfaces else None) if mesh.elements else None
     share = np.ones(len(labels)) if area is None or not area.sum() > 0 else area

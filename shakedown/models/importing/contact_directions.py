@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.constants import THREE_DIGITS, FloatArray
-from shakedown.ground.errors import ProblemError, found_in
+from shakedown.ground.errors import found_in
 from shakedown.models.condensation.contact_frame import PLANE, SPACE
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import unfit
@@ -135,17 +135,13 @@ def _axes(table: TomlTable, mesh: Mesh) -> Axes | None:
 
 def _check_axisymmetric(table: TomlTable, axes: list[int], number: int | None, mesh: Mesh) -> None:
     """Refuse an axisymmetric model that does not lie where its elements expect it: radius x >= 0, axis y."""
-    if number == 2:
-        found = "2; friction around the circumference needs a solid model"
-        raise table.wrong("directions", "1 of an axisymmetric model", found)
-    if axes != [1, 2]:
-        raise table.wrong("axes", "[1, 2] (radius, axis) of an axisymmetric model", axes)
+    if number == 2 or axes != [1, 2]:
+        found = f"directions = {number}, axes = {axes}"
+        raise table.unfit("one direction of slip and the axes [1, 2] of an axisymmetric model", found)
     k = int(np.argmin(mesh.coordinates[:, 0]))
-    if mesh.coordinates[k, 0] < 0:
-        raise ProblemError(
-            f"{mesh.name}: expected radii x >= 0 of an axisymmetric model, found "
-            f"{mesh.coordinates[k, 0]:g} at node {mesh.labels[k]}"
-        )
+    if (least := mesh.coordinates[k, 0]) < 0:
+        expected = "radii x >= 0 of an axisymmetric model"
+        raise unfit(mesh.name, expected, f"{least:g} at node {mesh.labels[k]}")
 
 
 def _given(table: TomlTable, n: int) -> FloatArray | None:
@@ -211,7 +207,7 @@ def _of_faces(
     if not mesh.elements:
         raise table.unfit("one of 'normal' and 'normals', or [model] with a deck that has elements", "none")
     with found_in(table.where):
-        return mesh.normals(first, axes, surface) if faces is None else mesh.normals_along(first, faces, axes)
+        return mesh.normals(first, axes, surface, faces)
 
 
 def _tangent(table: TomlTable, n: int) -> FloatArray | None:

@@ -21,7 +21,7 @@ from shakedown.models.condensation.surface_mesh import (
     hat_areas,
 )
 from shakedown.models.importing.contact_directions import ContactDirections, contact_directions, in_space
-from shakedown.models.importing.model_section import nodes_of
+from shakedown.models.importing.model_section import labels_of, nodes_of
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import InputFiles, quoted, read_table, unfit
 from shakedown.models.readers.toml_table import TomlTable, is_number, shown
@@ -149,11 +149,6 @@ class ContactSection(ContactDirections):
     def numbers(self) -> NDArray[np.intp]:
         """Which of its parts every node belongs to, (n,), from 0."""
         return np.repeat(np.arange(len(self.parts)), [len(part.labels) for part in self.parts])
-
-    @property
-    def plane(self) -> tuple[int, int]:
-        """The two directions of a plane contact; x and y, which mean nothing, for one in space."""
-        return (self.axes[0], self.axes[1])
 
     @property
     def directions(self) -> int:
@@ -366,11 +361,9 @@ def _gap_of_nodes(table: TomlTable, source: TomlTable, contact: ContactSection, 
     """Gaps of [node or set, gap] entries; the other nodes touch."""
     gap, where, seen = np.zeros(len(contact.labels)), f"{source.where}: key 'nodes'", set[int]()
     for name, value in source.entries("nodes", 2) or []:
-        if not isinstance(name, str | int) or isinstance(name, bool):
-            raise source.wrong("nodes", "a node, or the name of a set", shown([name, value]))
         if not is_number(value):
             raise source.wrong("nodes", "a finite number", shown([name, value]))
-        for label in nodes_of(mesh, name, where).tolist() if isinstance(name, str) else [name]:
+        for label in labels_of(mesh, name, where).tolist():
             if label in seen:
                 raise source.wrong("nodes", "every node once", f"node {label} twice")
             seen.add(label)

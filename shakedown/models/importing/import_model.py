@@ -469,7 +469,7 @@ def _reduced(
             contact.labels,
             contact.normals,
             fixed=marks | alone,
-            axes=contact.plane,
+            axes=(contact.axes[0], contact.axes[1]),
             tangent=contact.tangent,
             free_out_of_plane=contact.free_out_of_plane,
             allow_sparse=stiffness.superelement,  # checked as a whole when it was read

@@ -10,7 +10,7 @@ from shakedown.ground.errors import found_in
 from shakedown.models.readers.formats import read_any_mesh
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import InputFiles, quoted, unfit
-from shakedown.models.readers.toml_table import TomlTable, shown
+from shakedown.models.readers.toml_table import TomlTable, is_number, shown
 
 NOTHING = Mesh("", np.zeros(0, dtype=np.intp), np.zeros((0, 3)))  # where the configuration names no file
 Values = dict[tuple[int, int], float]  # {(node, direction): value}
@@ -43,6 +43,15 @@ def nodes_of(mesh: Mesh, name: str, where: str) -> NDArray[np.intp]:
         return mesh.nodes(name)
 
 
+def labels_of(mesh: Mesh, node: Any, where: str) -> NDArray[np.intp]:
+    """The labels that a node, or the name of a set, stands for; ``ProblemError`` if it is neither."""
+    if isinstance(node, str):
+        return nodes_of(mesh, node, where)
+    if not _is_label(node):
+        raise unfit(where, "a node (a whole number, or the name of a set)", shown(node))
+    return np.array([node], dtype=np.intp)
+
+
 def values_of(mesh: Mesh, table: TomlTable, key: str, *, valued: bool = True) -> Values | None:
     """Entries [node or set, direction, value] as {(node, direction): value}; None where they are absent.
 
@@ -58,14 +67,9 @@ def values_of(mesh: Mesh, table: TomlTable, key: str, *, valued: bool = True) ->
     where = f"{table.where}: key '{key}'"
     for entry in entries:
         node, direction, value = entry if valued else (*entry, 0.0)
-        if not (_is_label(node) or isinstance(node, str)):
-            raise unfit(where, "a node (a whole number, or the name of a set)", shown(entry))
-        if not _is_label(direction):
-            raise unfit(where, "a whole direction", shown(entry))
-        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 1e308:
-            raise unfit(where, "a finite number", shown(entry))
-        labels = nodes_of(mesh, node, where).tolist() if isinstance(node, str) else [int(node)]
-        for key_of_row in ((label, int(direction)) for label in labels):
+        if not _is_label(direction) or not is_number(value):
+            raise unfit(where, "[node or set, whole direction, finite number]", shown(entry))
+        for key_of_row in ((label, int(direction)) for label in labels_of(mesh, node, where).tolist()):
             if key_of_row in found:
                 raise unfit(where, "every (node, direction) once", f"{key_of_row} twice")
             found[key_of_row] = float(value)

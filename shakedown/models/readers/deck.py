@@ -25,7 +25,7 @@ from shakedown.models.readers.mesh import (
     Mesh,
     Orientation,
 )
-from shakedown.models.readers.text import integers, number, quoted, read_lines, unfit
+from shakedown.models.readers.text import integers, listed, number, quoted, read_lines, unfit
 
 _SHAPES = {  # of elements with so many nodes
     "solid": dict.fromkeys((4, 10), "tetrahedron")
@@ -349,14 +349,12 @@ class _Deck:
     def _axisymmetric(self) -> bool:
         """Whether the elements are axisymmetric."""
         kinds = [card.name("TYPE") for card in self.of("ELEMENT")]
-        revolved = [kind for kind in kinds if _REVOLVED.match(kind)]
-        flat = [kind for kind in kinds if _TYPE.match(kind) and not _REVOLVED.match(kind)]
-        if revolved and flat:
-            raise ProblemError(
-                f"{self.name}: expected axisymmetric elements only, or none, found {quoted(revolved[-1])} "
-                f"and {quoted(flat[-1])}"
-            )
-        return bool(revolved)
+        revolved = {
+            bool(_REVOLVED.match(kind)): kind for kind in kinds if _TYPE.match(kind) or _REVOLVED.match(kind)
+        }
+        if len(revolved) > 1:
+            raise unfit(self.name, "axisymmetric elements only, or none", listed(revolved.values()))
+        return True in revolved
 
     def _matrix_by(self) -> str:
         """The code that the last keyword for a matrix belongs to; SOLVER is one of *FREQUENCY or *STATIC."""

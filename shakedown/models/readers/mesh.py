@@ -283,7 +283,11 @@ class Mesh:
         return [self._facets_of(element)[face - 1] for element, face in self.surfaces[surface]]
 
     def normals(
-        self, labels: ArrayLike, axes: tuple[int, ...] = (1, 2), surface: str | None = None
+        self,
+        labels: ArrayLike,
+        axes: tuple[int, ...] = (1, 2),
+        surface: str | None = None,
+        faces: FloatArray | None = None,
     ) -> FloatArray:
         """Unit normals into the body at nodes of its boundary, (n, 2) or (n, 3) [–].
 
@@ -299,6 +303,8 @@ class Mesh:
         surface
             Surface of the deck that the faces must belong to, where edges of the
             body make it unclear.
+        faces : (n, 3), optional
+            Mean normals of the faces, where these are known already.
 
         Raises
         ------
@@ -306,17 +312,13 @@ class Mesh:
             If no face of the boundary ends at a node, or a normal leaves the plane.
         """
         wanted = np.asarray(labels).ravel()
-        units = self.face_normals(wanted, surface)
+        units = self.face_normals(wanted, surface) if faces is None else faces
         bare = np.isnan(units[:, 0])
         if bare.any():
             raise ProblemError(
                 f"{self.name}: expected a face of the boundary at contact node {wanted[np.argmax(bare)]} "
                 "with all its corners among the contact nodes, found none; give 'normal' or 'normals'"
             )
-        return self.normals_along(wanted, units, axes)
-
-    def normals_along(self, wanted: NDArray[np.intp], units: FloatArray, axes: tuple[int, ...]) -> FloatArray:
-        """Unit normals (n, 3) of nodes along some axes; ``ProblemError`` if one leaves them."""
         if len(axes) == 3:
             return units
         plane = units[:, [axes[0] - 1, axes[1] - 1]]

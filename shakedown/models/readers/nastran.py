@@ -155,28 +155,18 @@ def chosen_matrix(names: list[str], matrix: str | None, where: str, scalars: Seq
     >>> chosen_matrix(["KAAX", "MAAX", "MAAX"], "maax(2)", "a file")
     2
     """
-    wanted = (matrix or "").strip().upper()
-    counted = re.fullmatch(r"(.+)\((\d{1,9})\)", wanted)
-    if matrix is not None:
-        places = [k for k, own in enumerate(names) if own == (counted[1] if counted else wanted)]
-    else:
+    wanted, which = (matrix or "").strip().upper(), None
+    if counted := re.fullmatch(r"(.+)\((\d{1,9})\)", wanted):
+        wanted, which = counted[1], int(counted[2])
+    places = [k for k, own in enumerate(names) if own == wanted]
+    if matrix is None:
         stiff = [k for k, own in enumerate(names) if own.startswith("K") and k not in scalars]
         places = [0] if len(names) == 1 else stiff
-    if counted and places:
-        if not 1 <= int(counted[2]) <= len(places):
-            known = f"{counted[1]}(1) to {counted[1]}({len(places)})"
-            raise unfit(where, known, quoted(wanted))
-        return places[int(counted[2]) - 1]
-    (often, times), *_ = [*Counter(names[k] for k in places).most_common(1), ("", 0)]
-    if times > 1:
-        ways = " or ".join(f"'{often}({k})'" for k in range(1, min(times, 3) + 1))
-        raise ProblemError(
-            f"{where}: expected every matrix once, found {often} {times} times (several superelements?); "
-            f"name the one to take: matrix = {ways}"
-        )
-    if len(places) != 1:
-        what = "one stiffness matrix" if matrix is None else f"the matrix {quoted(matrix)}"
-        raise unfit(where, what, f"{listed(names)}; name the one to take")
+    if which is not None and 1 <= which <= len(places):
+        return places[which - 1]
+    if which is not None or len(places) != 1:
+        what = "one stiffness matrix" if matrix is None else f"one matrix {quoted(matrix)}"
+        raise unfit(where, what, f"{listed(names)}; name the one to take ('KXX(2)': the second of a name)")
     return places[0]
 
 

@@ -157,14 +157,13 @@ HEADINGS: dict[What, re.Pattern[str]] = {
 COLUMNS: dict[What, str] = {"reactions": "node fx fy fz", "displacements": "node vx vy vz"}
 LOCAL = "L"  # at the end of a row whose components are along the directions of a *TRANSFORM
 LETTERS: dict[What, str] = {"reactions": "RF", "displacements": "U"}
-_WORDS = {2: "two", 3: "three"}
 Order = Literal["node-by-node", "direction-by-direction"]
 
 
-class _Table(NamedTuple):
-    """A table as it is read: its node set, time and rows, and the nodes with directions of their own."""
+class _Step(NamedTuple):
+    """A step as it is read: its node sets, time and rows, and the nodes with directions of their own."""
 
-    node_set: str
+    node_sets: list[str]
     time: float
     rows: list[list[float]]
     local: set[int]
@@ -180,58 +179,44 @@ def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions")
     ProblemError
         If there is no table, or a line of one is malformed.
     """
-    name, tables = os.fspath(path), list[_Table]()
-    inside = False
+    name, steps, inside = os.fspath(path), list[_Step](), False
     for k, line in enumerate(read_lines(path), start=1):
         where, fields = f"{name}: line {k}", line.split()
         if heading := HEADINGS[what].match(line):
-            tables.append(_Table(heading[1], number(heading[2], where), [], set()))
-            inside = True
+            time, inside = number(heading[2], where), True
+            if not steps or time != steps[-1].time or heading[1] in steps[-1].node_sets:
+                steps.append(_Step([], time, [], set()))
+            steps[-1].node_sets.append(heading[1])
         elif fields and not fields[0].isdigit():  # another kind of output
             inside = False
         elif fields and inside:
             own = fields[4:] == [LOCAL]
             if len(fields) != 4 + own:
                 raise unfit(where, f"'{COLUMNS[what]}'", quoted(line))
-            tables[-1].rows.append([*integers(fields[:1], where), *numbers(fields[1:4], where)])
-            tables[-1].local.update([int(fields[0])] if own else [])
-    if not tables:
+            steps[-1].rows.append([*integers(fields[:1], where), *numbers(fields[1:4], where)])
+            steps[-1].local.update([int(fields[0])] if own else [])
+    if not steps:
         raise ProblemError(
             f"{name}: expected {what} (*NODE PRINT, {LETTERS[what]}), found no table of "
             f"{'forces' if what == 'reactions' else what}"
         )
-    steps: list[NodalVectors] = []
-    for node_set, time, rows, local in tables:
-        step = replace(step_of(what, (node_set,), time, rows, name), local=frozenset(local))
-        if steps and time == steps[-1].time and node_set not in steps[-1].node_sets:
-            step = _merged(steps.pop(), step)
-        steps.append(step)
-    return steps
+    return [
+        replace(step_of(what, tuple(sets), time, rows, name), local=frozenset(local))
+        for sets, time, rows, local in steps
+    ]
 
 
 def step_of(
     what: What, node_sets: tuple[str, ...], time: float, rows: list[list[float]], name: str
 ) -> NodalVectors:
-    """One table of CalculiX; ``ProblemError`` if it is empty or repeats a node."""
+    """One step of CalculiX; ``ProblemError`` if it is empty, or has two vectors of a node."""
     if not rows:
         raise unfit(name, f"{what} at time {time:g}", "an empty table")
-    data = np.array(rows)
-    nodes, count = np.unique(data[:, 0], return_counts=True)
-    if count.max() > 1:
-        raise unfit(
-            name, "every node once in a table", f"node {nodes[np.argmax(count)]:g} twice at time {time:g}"
-        )
+    data = np.unique(rows, axis=0)  # a node of two sets is printed twice
+    twice = np.flatnonzero(np.diff(data[:, 0]) == 0)
+    if twice.size:
+        raise unfit(name, f"every node once at time {time:g}", f"node {data[twice[0], 0]:g} twice")
     return NodalVectors(what, node_sets, time, data[:, 0].astype(np.intp), data[:, 1:], by_calculix=True)
-
-
-def _merged(first: NodalVectors, second: NodalVectors) -> NodalVectors:
-    return replace(
-        first,
-        node_sets=first.node_sets + second.node_sets,
-        nodes=np.concatenate([first.nodes, second.nodes]),
-        vectors=np.concatenate([first.vectors, second.vectors]),
-        local=first.local | second.local,
-    )
 
 
 def unit_displacement_stiffness(
@@ -274,7 +259,12 @@ def unit_displacement_stiffness(
         wrong sign, or the result is not symmetric to the digits that are printed.
     """
     n, d = len(nodes), len(axes)
-    _check_steps(steps, n, d)
+    if turned := sorted(frozenset().union(*(step.local for step in steps))):
+        expected = "reactions to unit displacements along x, y, z"
+        raise ProblemError(f"expected {expected}, found those of node {turned[0]} in a *TRANSFORM")
+    if len(steps) != d * n:
+        expected = f"{d * n} steps, {d} for each of {n} contact nodes ('directions' says how many)"
+        raise unfit("unit displacements", expected, len(steps))
     if order not in ("node-by-node", "direction-by-direction"):
         raise unfit("order", "'node-by-node' or 'direction-by-direction'", f"'{order}'")
     columns = np.array([step.at(nodes, axes, tied).ravel() for step in steps]).T / amplitude
@@ -299,21 +289,6 @@ def unit_displacement_stiffness(
         superelement=True,
         accuracy=SEVEN_DIGITS,
     )
-
-
-def _check_steps(steps: list[NodalVectors], n: int, d: int) -> None:
-    """Raise ``ProblemError`` unless there is one step, along x, y, z, for each direction of each node."""
-    turned = sorted(frozenset().union(*(step.local for step in steps)))
-    if turned:
-        raise unfit(
-            "unit displacements", "reactions along x, y, z", f"those of node {turned[0]} in a *TRANSFORM"
-        )
-    if len(steps) != d * n:
-        hint = "" if len(steps) != 3 * n else "; with three for each say directions = 2"
-        raise ProblemError(
-            f"unit displacements: expected {d * n} steps, {_WORDS[d]} for each of {n} contact nodes, "
-            f"found {len(steps)}{hint}"
-        )
 
 
 def _with_rigid_motions(K: FloatArray) -> FloatArray:
@@ -468,13 +443,10 @@ def read_vectors_table(path: str | os.PathLike[str], what: What = "reactions") -
     vectors = np.zeros((len(steps), 3))
     for k, key in enumerate(keys[2:]):
         vectors[:, k] = table.column(key)
-    place, first = np.unique(np.column_stack([steps, nodes]), axis=0, return_index=True)
-    if len(place) < len(steps):
-        k = int(np.setdiff1d(np.arange(len(steps)), first)[0])
-        raise ProblemError(
-            f"{table.name}: line {table.lines[k]}: expected every node once in a step, found node {nodes[k]} "
-            f"twice in step {steps[k]}"
-        )
+    seen, count = np.unique(np.column_stack([steps, nodes]), axis=0, return_counts=True)
+    if len(seen) < len(steps):
+        step, node = seen[np.argmax(count)]
+        raise unfit(table.name, "every node once in a step", f"node {node} twice in step {step}")
     return [
         NodalVectors(what, ("table",), float(step), nodes[own], vectors[own])
         for step, own in ((step, steps == step) for step in np.unique(steps))

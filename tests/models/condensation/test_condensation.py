@@ -278,7 +278,7 @@ PLANE, SPACE = dofs(1), dofs(2)
         (1, {"dofs": np.vstack([PLANE[:-1], PLANE[:1]])}, r"\(0, 1\) twice"),
         (1, {"dofs": PLANE.astype(float)}, "integer pairs"),
         (1, {"fixed": [10]}, "row numbers 0 to 9"),
-        (1, {"fixed": np.ones(3, bool)}, r"shape \(10,\)"),
+        (1, {"fixed": np.ones(3, bool)}, "a flag for each"),
         (1, {"axes": (1, 3)}, r"\(0, 3\)"),
         (1, {"stiffness": 1j * lattice(1)}, "real numbers"),
         (1, {"stiffness": np.zeros((10, 10))}, "only zeros"),

@@ -147,7 +147,10 @@ def test_reactions_that_a_check_proves_are_taken(ring):
             "'angle': expected degrees up to 360 of an axisymmetric model, found 0",
         ),
         ([("gap = -0.01", "gap = -0.01\nthickness = 2")], "'thickness': expected a number > 0 .none"),
-        ([("gap = -0.01", "gap = -0.01\naxes = [2, 1]")], r"'axes': expected \[1, 2\] \(radius, axis\)"),
+        (
+            [("gap = -0.01", "gap = -0.01\naxes = [2, 1]")],
+            r"the axes \[1, 2\] of an axisymmetric model, found .*\[2, 1\]",
+        ),
     ],
     ids=lambda value: "" if isinstance(value, str) else value[0][1].partition("\n")[2],
 )
@@ -194,9 +197,7 @@ def test_a_deck_is_axisymmetric_or_not(ring):
     (ring / "ring.inp").write_text(
         deck.replace("*NSET, NSET=SHAFT_FIT", "*ELEMENT, TYPE=CPE4\n9, 1, 2, 3, 4\n*NSET, NSET=SHAFT_FIT")
     )
-    with pytest.raises(
-        ProblemError, match="expected axisymmetric elements only, or none, found 'CAX8' and 'CPE4'"
-    ):
+    with pytest.raises(ProblemError, match="expected axisymmetric elements only, or none, found CAX8, CPE4"):
         import_model(ring / "import.toml")
     (ring / "ring.inp").write_text(deck.replace("CAX8", "CPE8"))
     assert import_model(ring / "import.toml").stiffness.circumference == 1

@@ -622,7 +622,7 @@ def test_a_table_of_reactions_equals_the_printed_ones(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("step,node,fx,fy\n1,7,1,2\n1,7,3,4\n", "line 3: .* found node 7 twice in step 1"),
+        ("step,node,fx,fy\n1,7,1,2\n1,7,3,4\n", "found node 7 twice in step 1"),
         ("step,node,fx,fy\n1,7.5,1,2\n", "expected a whole number in column 'node', found 7.5"),
     ],
 )
