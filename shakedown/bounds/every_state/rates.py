@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.uniqueness.coupling import Uniqueness, least_of_sums
-from shakedown.ground.constants import EPS, NEGLIGIBLE, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import EPS, NEGLIGIBLE, SIX_DIGITS, FloatArray, Mask
 from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import loading
 from shakedown.joint.law import Law
@@ -205,7 +205,8 @@ def unit_slips(joint: ScaledJoint) -> UnitSlips:
     return root, slips - np.linalg.solve(Z.T @ weighted, (slips @ weighted).T).T @ Z.T, pressures
 
 
-PARTS = (4, 32, 256)  # of every edge of the cube of rigid motions, until all boxes pass
+PARTS = 4  # initial parts of every edge of the cube of rigid motions
+DEEPEST = 6  # largest number of halvings of a box
 MOST = 2_000_000  # boxes times nodes at once; larger cases are not proved
 
 
@@ -266,22 +267,27 @@ class RigidRates:
         return all(self._on_face(axis, loads) for axis in range(self.motions.shape[2]))
 
     def _on_face(self, axis: int, loads: "Loads") -> bool:
-        """All motions c with c[axis] = 1 ≥ |c_k|, in ever smaller boxes until all pass, or a centre fails."""
+        """All motions c with c[axis] = 1 ≥ |c_k|, in boxes halved until all pass or a centre fails."""
         others = self.motions.shape[2] - 1
         signs = np.insert(np.array(list(product((-1.0, 1.0), repeat=others))), axis, 0.0, axis=1)
         spread = self._sizes(signs)
         feed_off = float(np.linalg.norm(spread * self._sizes_of_feeds, axis=1).max()) * self._largest_feed
-        for parts in PARTS:
-            if parts**others * self.joint.n > MOST:
-                break
-            line = (2.0 * np.arange(parts) + 1.0) / parts - 1.0
-            sizes = self._sizes(np.insert(np.array(list(product(line, repeat=others))), axis, 1.0, axis=1))
-            fed = np.linalg.norm(sizes @ self.feeds, axis=1) * (1.0 + NEGLIGIBLE) + self._round_off
-            least = np.maximum(sizes - spread.max(axis=0) / parts, 0.0)
-            if not _outweighed(loads, fed, sizes):
+        half = 1.0 / PARTS
+        line = half * (2.0 * np.arange(PARTS) + 1.0) - 1.0
+        boxes = np.insert(np.array(list(product(line, repeat=others))), axis, 1.0, axis=1)
+        for _ in range(DEEPEST):
+            if len(boxes) * self.joint.n > MOST:
                 return False
-            if _outweighed(loads, fed + feed_off / parts, least):
+            sizes = self._sizes(boxes)
+            fed = np.linalg.norm(sizes @ self.feeds, axis=1) * (1.0 + NEGLIGIBLE) + self._round_off
+            least = np.maximum(sizes - half * spread.max(axis=0), 0.0)
+            failed = ~_outweighed(loads, fed + half * feed_off, least)
+            if not failed.any():
                 return True
+            if not _outweighed(loads, fed[failed], sizes[failed]).all():
+                return False
+            half *= 0.5
+            boxes = (boxes[failed, None] + half * signs).reshape(-1, others + 1)
         return False
 
     def _sizes(self, c: FloatArray) -> FloatArray:
@@ -306,18 +312,18 @@ class RigidRates:
 Loads = list[tuple[FloatArray, float, FloatArray]]
 
 
-def _outweighed(loads: Loads, fed: FloatArray, sizes: FloatArray) -> bool:
+def _outweighed(loads: Loads, fed: FloatArray, sizes: FloatArray) -> Mask:
     """Whether (S + κ) ‖Σ |z_i| feeds_i‖ < Σ held_i |z_i| under each load, S a sum of squares.
 
     For motions that feed so much (b,), with |z_i| (b, n). Of each load the squares (2, n), κ and ``held``
     (2, n) at the least and the largest pressure of every node; squares are convex in it and ``held`` is
     linear, so that these are the worst. √x ≤ (x/κ + κ)/2 for any κ.
     """
+    passed = np.ones(len(fed), dtype=bool)
     for squares, kappa, held in loads:
         least, largest = fed[:, None] * squares[:, None] - sizes * held[:, None]
-        if not (np.maximum(least, largest).sum(axis=1) + fed * kappa < 0.0).all():
-            return False
-    return True
+        passed &= np.maximum(least, largest).sum(axis=1) + fed * kappa < 0.0
+    return passed
 
 
 def rigid_rates(joint: ScaledJoint) -> RigidRates:
