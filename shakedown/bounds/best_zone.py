@@ -201,7 +201,10 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
             few = problem.n <= ALL_PAIRS_UP_TO
             found = [_climb(visit, start, few) for start in (starts if few else starts[:1])]
         best = _first_of_the_best(found)
-    zone = contact_zone(problem, ()) if best.zone is None else best.zone
+    zone = best.zone
+    if zone is None:  # all nodes open is no zone, and a state that may be reached: nothing is impossible then
+        nearly = (one.zone for nodes, one in visited.items() if len(nodes) == problem.n - 1)
+        zone = next(filter(None, nearly), contact_zone(problem, ()))
     seen = sum(len(nodes) < problem.n and one.ended for nodes, one in visited.items())
     return ZoneSearch(zone, best.load_factor, opened, len(visited), seen < most)
 
