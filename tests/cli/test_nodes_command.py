@@ -150,7 +150,7 @@ def test_undecided_says_so_and_ends_with_one(tmp_path):
     [
         (("-o", "nodes.txt"), "expected a name that ends in .csv, .vtu or .vtp"),
         (("--wear-coefficient", "-1"), "wear coefficient: expected a number ≥ 0, found -1.0"),
-        (("--initial", "elsewhere"), "--initial elsewhere"),
+        (("--initial", "elsewhere"), "found elsewhere"),
     ],
 )
 def test_what_cannot_be_asked_is_refused_in_one_line(more, message, tmp_path):
