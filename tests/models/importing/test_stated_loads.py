@@ -106,10 +106,10 @@ def test_a_name_that_is_no_constant_load_is_said(stated, name, old, new, message
 
 def test_a_sweep_says_which_names_it_cannot_take(stated):
     problem = import_problem(stated)
-    with pytest.raises(UsageError, match="vary: expected one of f, .*, found 'pressed down'"):
+    with pytest.raises(UsageError, match=r"vary: expected one of f, .*, found 'pressed down'"):
         shakedown.sweep(problem, {"pressed down": [1.0]})
     stated.write_text(stated.read_text().replace('"pressed down"', '"mean"'))
     with pytest.raises(
-        UsageError, match="a name of one thing, .*, found 'mean', also a key of the configuration or a load"
+        UsageError, match=r"a name of one thing, .*, found 'mean', also a key of the configuration or a load"
     ):
         shakedown.sweep(shakedown.import_model(stated), {"mean": [1.0]})
