@@ -84,7 +84,7 @@ def map_command(
             progress=update,
             **settings,
         )
-    maps = found.maps if isinstance(found, shakedown.InitialStateMaps) else (found,)
+    maps: Any = getattr(found, "maps", (found,))
     draw(picture, "basin" if found in maps else "shakedown_share", found)
     return Answer(
         found.to_dict,
