@@ -216,6 +216,7 @@ def test_frame_and_parquet(tmp_path, found):
             {"open_nodes": "all"},
             "open nodes: expected several whole numbers or 'auto', found 'all'",
         ),
+        (TWO, {"f": 0.3}, {"open_nodes": [2]}, "open nodes: expected node numbers from 0 to 1, found 2"),
         (TWO, {"f": 0.3}, {"output": "table.txt"}, "ends in .csv or .parquet"),
         ("two-node", {"f": 0.3}, {}, "expected a Problem or an Import or a function, found 'two-node'"),
     ],
