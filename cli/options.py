@@ -209,17 +209,18 @@ def initial_state(
 ) -> FloatArray:
     """The initial slip, (dn,), that a word or a file stands for; some words need a load factor."""
     states = () if problem.initial_slip is None else problem.initial_slip
-    words = ("zero", "given", "given:K", *(() if load_factor is None else AT_LOAD_FACTOR))
+    made = ("zero", *(() if load_factor is None else AT_LOAD_FACTOR))
     given = re.fullmatch("given(?::([0-9]{1,9}))?", initial)
     if given and int(given[1] or 0) < len(states):
         return states[int(given[1] or 0)]
-    if initial in words and not given:
+    if initial in made:
         from shakedown.bounds.named_start import named_start
 
         return named_start(problem, load_factor or 0.0, initial, open_nodes)
     if given or initial in AT_LOAD_FACTOR or not os.path.lexists(initial):
+        known = f"{', '.join(made)}, given, given:K or a PATH.npy that is there"
         found = f"{shortened(initial)}, of a problem with {len(states)} given states"
-        raise click.UsageError(f"--initial: expected {', '.join(words)} or PATH.npy, found {found}")
+        raise click.UsageError(f"--initial: expected {known}, found {found}")
     reads("--initial", initial)
     try:
         return shakedown.load_initial_slip(initial)

@@ -170,6 +170,10 @@ BAD = {
         ["simulate", "three-node", "--load-factor", "1", "--initial", "given:x"],
         "found given:x",
     ),
+    "no number of a given state": (
+        ["simulate", "three-node", "--load-factor", "1", "--initial", "given:K"],
+        "expected zero, safe, witness, given, given:K or a PATH.npy that is there, found given:K",
+    ),
     "state number after a word": (
         ["simulate", "two-node", "--load-factor", "1", "--initial", "witness:3x"],
         "found witness:3x",
