@@ -433,7 +433,7 @@ def load_number(problem: Problem, load: int | str) -> int:
     found = found or [k for k in range(count) if load in (k, str(k))]
     if len(found) == 1:
         return found[0]
-    known = f"0 to {count - 1}" + "".join(f", '{name}'" for name in named if name)
+    known = f"0 to {count - 1}" + "".join(f", '{name}'" for name in named if named.count(name) == 1 and name)
     raise UsageError(f"load: expected one of {shortened(known, 200)}, found {shortened(repr(load))}")
 
 

@@ -293,9 +293,9 @@ LOOP, DOMAIN = "loop", "domain"  # the meaning of load steps: a loop followed in
 
 def plain_text(key: str, value: Any) -> str:
     """One text of whole characters; raises ``ProblemError`` for anything else."""
-    array = np.asarray(value)
-    if array.dtype.kind != "U" or array.ndim != 0:
-        raise wrong_key(key, "one text string", short(array))
+    array = np.asarray(value) if isinstance(value, str | np.ndarray) else None
+    if array is None or array.dtype.kind != "U" or array.ndim != 0:
+        raise wrong_key(key, "one text string", short(value))
     try:
         text = str(array)
         text.encode()

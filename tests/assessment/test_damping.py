@@ -223,6 +223,11 @@ def test_wrong_arguments_are_named(change, line):
         damping(jenkins(), **({"amplitudes": [1.0]} | change))
 
 
+def test_a_name_of_two_loads_is_the_name_of_none():
+    with pytest.raises(UsageError, match="load: expected one of 0 to 2, 'bolt', found 'force'"):
+        damping(shakedown.example("bolted-flange"), [1.0], load="force")
+
+
 def test_a_load_by_its_name_and_its_pictures():
     """Limits, marks and titles are on the pictures; the loop closes."""
     curve = damping(jenkins(load_frequency=[5.0]), [0.5, 2.0, 20.0], load="push")

@@ -147,6 +147,11 @@ MALFORMED = {
 }
 
 
+def test_a_name_in_ragged_rows_is_no_text():
+    with pytest.raises(ProblemError, match="key 'name': expected one text string, found"):
+        Problem(A=[[1.0]], B=[[0.0]], f=0.5, q_w=[[0.0]], p_w=[[1.0]], name=[[1], [1, 2]])
+
+
 def test_a_block_that_is_round_off_of_the_others_is_symmetric():
     """C = 0 by 1e-15: what asymmetry is, is judged by the whole stiffness; what is more than that, is refused."""
     loop = {"q_w": [[1.0, 0.5], [0.0, 0.2]], "p_w": [[3.0, 3.0]] * 2, "f": 0.4}
