@@ -33,6 +33,10 @@ def test_solve_has_every_field():
     assert {"certified"} <= set(upper)
     assert result["friction"]["single_node"] == pytest.approx([0.760824, 2.022474], abs=1e-6)
     assert {"uniqueness_in_contact", "uniqueness", "wedging"} <= set(result["friction"])
+    assert {"load_factor", "slip", "radius", "distance", "status"} <= set(result["energy"])
+    assert {"load_factor", "status"} <= set(result["accumulated"])
+    assert {"load_factor", "argument"} <= set(result["universal"])
+    assert {"edge_share", "coarser", "warning"} <= set(result["mesh"])
 
 
 def test_critical_has_every_field():
@@ -51,8 +55,11 @@ def test_simulate_has_every_field():
     assert result["outcome"] == "cyclic-slip"
     assert result["period"] == 1
     assert len(result["final_slip"]) == len(result["slip_per_cycle"]) == 2
-    keys = {"load_factor", "dissipation_per_cycle", "cycles_simulated", "method", "events"}
+    keys = {"load_factor", "dissipation_per_cycle", "cycles_simulated", "method", "events", "open_nodes"}
+    keys |= {"proved", "energy_margin", "jumps_per_cycle"}
     assert keys <= set(result)
+    parts = result["friction_dissipation_per_cycle"], result["jump_dissipation_per_cycle"]
+    assert sum(parts) == pytest.approx(result["dissipation_per_cycle"]) != 0
 
 
 def test_a_table_with_slips_after_the_transient_has_80_columns(tmp_path):
@@ -98,6 +105,17 @@ def test_example_lists_and_writes(tmp_path):
     assert run("example", "two-node", cwd=tmp_path)[0] == 0
     assert (tmp_path / "two-node.npz").exists()
     assert run("example", "two-node", cwd=tmp_path)[0] == 2  # never overwritten without being named
+
+
+def test_a_file_wins_over_a_built_in_name(tmp_path):
+    shakedown.save_problem(tmp_path / "two-node", shakedown.example("one-node"))
+    assert document("solve", "two-node", cwd=tmp_path)["problem"]["n"] == 1
+
+
+def test_a_budget_refuses_before_the_work_starts():
+    code, out, err = run("critical", "block-9", "--budget", "1000")
+    assert (code, out) == (1, "")
+    assert "43,758" in err
 
 
 @pytest.mark.parametrize(

@@ -74,6 +74,32 @@ def test_dissipation_approaches_the_work_of_the_loading():
     assert errors[2] < 0.35 * errors[0]
 
 
+@pytest.mark.parametrize(("name", "load_factor"), [("two-node", 0.72), ("three-node", 3.0), ("block-9", 8.0)])
+def test_the_friction_law_holds_at_every_load_step(name, load_factor):
+    """Written apart from the package: reactions from the stiffness, slip from the change of v."""
+    problem = shakedown.example(name)
+    run = simulate(problem, load_factor, record=True, method="gauss-seidel")
+    v, w, loop = run.history.v, run.history.w, loading(problem)
+    periods = (len(v) // problem.m, 1)
+    q_w, p_w = (
+        np.tile(loop.q0 + load_factor * loop.q1, periods),
+        np.tile(loop.p0 + load_factor * loop.p1, periods),
+    )
+    q, p = q_w + v @ problem.A + w @ problem.B, p_w + v @ problem.B.T + w @ problem.C
+    force = max(np.abs(q_w).max(), np.abs(p_w).max())
+    length = force / np.diag(problem.A).min()
+    limit, moved = problem.f * p, np.diff(v, axis=0, prepend=run.initial_slip[None])
+    was_open = np.vstack([np.zeros((1, problem.n)), w[:-1]]) > 0
+    is_open, still = w > 1e-12 * length, was_open | (np.abs(moved) <= 1e-10 * length)
+    off = np.where(still, np.maximum(np.abs(q) - limit, -p), np.abs(q + np.sign(moved) * limit))
+    off = np.where(is_open, np.maximum(np.abs(q), np.abs(p)), off)
+    assert run.outcome != Outcome.UNDECIDED
+    assert run.residual <= 1e-12
+    assert (~still).any()
+    assert off.max() <= 1e-11 * force
+    assert w.min() >= -1e-11 * length
+
+
 def sampled_two_node(m):
     """The two-node system with m load steps, in contact."""
     t = np.arange(m) / m

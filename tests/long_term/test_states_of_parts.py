@@ -55,6 +55,21 @@ def test_the_outcome_is_the_worst_of_the_parts(kind, decades):
 
 
 @pytest.mark.parametrize("kind", ["plane", "space"])
+def test_many_states_are_single_ones(kind):
+    problem, rng = joined(pair(kind, 3, 2)), np.random.default_rng(0)
+    starts = 0.3 * rng.normal(size=(3, problem.layout.slip_size))
+    starts[:, -2:] *= 100.0
+    many = long_term_states(problem, 0.8, starts, max_cycles=60)
+    for k, start in enumerate(starts):
+        one = shakedown.long_term_state(problem, 0.8, start, max_cycles=60)
+        found = (many.outcome[k], many.period[k], many.signature[k])
+        assert found == (one.outcome, one.period, one.signature)
+        assert many.final_slip[k] == pytest.approx(one.final_slip, nan_ok=True)
+        assert many.slip_per_cycle[k] == pytest.approx(one.slip_per_cycle, nan_ok=True)
+        assert many.dissipation[k] == pytest.approx(one.dissipation_per_cycle, nan_ok=True)
+
+
+@pytest.mark.parametrize("kind", ["plane", "space"])
 def test_the_whole_joint_does_in_a_period_what_its_parts_do(kind):
     """Followed in one motion from the state that was put together."""
     for number in (1, 12, 3, 8):

@@ -93,6 +93,29 @@ def test_slips_given_for_open_nodes_do_not_matter():
     assert (one.cycles[-1].end_slip == two.cycles[-1].end_slip).all()
 
 
+def test_load_steps_that_are_split_change_nothing():
+    def split(path):
+        half = np.vstack([np.zeros_like(path[:1]), np.diff(path, axis=0)])
+        return np.repeat(path, 2, axis=0) - np.repeat(half, 2, axis=0) * np.tile(
+            [[0.5], [0.0]], (len(path), 1)
+        )
+
+    problem, (upper, load_factor) = partly_open(SOME[0]), at_a_share(SOME[0], 1.3)
+    loop = [np.vstack([part[-1:], part]) for part in (problem.q_w, problem.p_w)]
+    mean = {"q_mean": problem.q_w.mean(axis=0), "p_mean": problem.p_w.mean(axis=0)}
+    fine = replace(problem, **mean, q_w=split(loop[0])[2:], p_w=split(loop[1])[2:])
+    # the finer loop begins half a step earlier: both are brought to the same first load
+    q_w, p_w = loading(problem).at(load_factor)
+    first = {"q_transient": q_w[-1:], "p_transient": p_w[-1:]}
+    ends = [
+        evolve(replace(joint, **first), load_factor, upper.slip, open_nodes=upper.open_nodes, cycles=3)
+        for joint in (problem, fine)
+    ]
+    one, two = (run.cycles[-1] for run in ends)
+    assert one.events == two.events
+    assert two.end_slip == pytest.approx(one.end_slip, rel=1e-9, abs=1e-11)
+
+
 def test_what_cannot_be_a_start_is_refused_in_one_line():
     with pytest.raises(UsageError, match="node 16 would overlap by"):
         evolve(RECEDING, 0.5 * UPPER.load_factor, UPPER.slip, open_nodes=[16])

@@ -43,6 +43,21 @@ def test_energy_released_does_not_depend_on_damping_and_balances_the_load():
     assert run.cycles[0].dissipation == pytest.approx(work - stored, rel=1e-6)
 
 
+def test_cycles_with_jumps_are_periodic():
+    """Back and forth across the jump: a limit cycle that jumps in every cycle."""
+    jump = shakedown.example("jump")
+    load = np.array([[2.6, 2.0], [2.2, 2.0], [60.0, 2.0]])
+    problem = shakedown.Problem(
+        A=jump.A, B=jump.B, C=jump.C, f=jump.f, q_w=load, p_w=np.tile(jump.p_w, (3, 1))
+    )
+    state = shakedown.long_term_state(problem, 1.0, jump.initial_slip[0])
+    assert state.outcome != "undecided"
+    again = Evolution(problem, 1.0, jump.initial_slip[0])
+    for _ in range(40):
+        assert again.cycle() is not None
+    assert again.method.u[:2] == pytest.approx(state.final_slip, abs=1e-8)
+
+
 def test_a_motion_that_may_not_jump_ends_there():
     jump = shakedown.example("jump")
     motion = Evolution(jump, 1.0, jump.initial_slip[0])

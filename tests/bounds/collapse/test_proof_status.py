@@ -41,6 +41,18 @@ def test_above_the_friction_thresholds_nothing_is_proved() -> None:
     assert np.isnan(coupling(problem).ratio)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_no_cyclic_slip_below_a_proved_bound(seed: int) -> None:
+    n = 2 + seed % 4
+    problem = coupled_joint(seed, n, strength=0.6 if n == 2 else 0.3)
+    lower, rng = shakedown.lower_bound(problem), np.random.default_rng(seed)
+    assert lower.guarantee == "proved", lower.reason
+    starts = np.vstack([lower.slip, lower.slip + 3 * rng.normal(size=(20, n))])
+    found = shakedown.long_term_states(problem, 0.99 * lower.load_factor, starts)
+    assert not {"cyclic-slip", "ratchetting"} & set(found.outcome)
+    assert found.outcome[0] == "shakedown"
+
+
 def influence_of(problem: Problem) -> np.ndarray:
     found = relaxed(problem.A, problem.law.limit_rows(problem.B))
     assert found is not None

@@ -31,6 +31,30 @@ def test_every_load_factor_is_inverse_to_the_amplitude_and_homogeneous_in_the_me
     assert limits(with_parameter(problem, "mean", 3.0)) == pytest.approx(as_given * 3, rel=1e-7)
 
 
+def test_a_phase_there_and_back_changes_no_limit_and_whole_periods_nothing():
+    there_and_back = with_parameter(with_parameter(TWO, "phase", 0.3), "phase", -0.3)
+    assert limits(there_and_back) == pytest.approx(limits(TWO), rel=1e-9)
+    for phase in (0.0, 1.0, -2.0):
+        assert np.array_equal(loading(with_parameter(TWO, "phase", phase)).q1, loading(TWO).q1)
+
+
+def test_without_coupling_both_bounds_are_melans():
+    lower, universal, _, upper = limits(with_parameter(TWO, "coupling", 0.0))
+    assert lower == universal == pytest.approx(upper, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "problem", [TWO, joint(2), shakedown.example("two-node-3d")], ids=["two", "joint", "space"]
+)
+def test_more_friction_never_lowers_the_largest_load_factor(problem):
+    found = [
+        shakedown.upper_bound(with_parameter(problem, "friction", factor), certify=False).load_factor
+        for factor in (0.3, 0.6, 0.9, 1.0)
+    ]
+    assert found == sorted(found)
+    assert found[0] < found[-1]
+
+
 def test_friction_factor_and_friction_coefficient_agree():
     assert np.array_equal(with_parameter(TWO, "f", 0.7).f, with_parameter(TWO, "friction", 2.0).f)
     with pytest.raises(UsageError, match=r"same friction coefficient at every node, found .* 'friction'"):

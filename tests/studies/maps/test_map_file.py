@@ -50,6 +50,16 @@ def test_a_map_that_is_whole_comes_out_the_same_when_resumed(tmp_path):
     assert mapped(path, 71, resume=True).initial_slip.shape == (73, 2)
 
 
+def test_pieces_that_stay_beside_a_whole_map_go(tmp_path):
+    """As after a kill between the two."""
+    path, parts = tmp_path / "map.npz", tmp_path / "map.npz.parts"
+    mapped(path, 64)
+    parts.mkdir()
+    (parts / f"{'0' * 16}-3.npz").touch()
+    mapped(path, 64, resume=True)
+    assert not parts.exists()
+
+
 @pytest.fixture
 def small_pieces(monkeypatch):
     monkeypatch.setattr("shakedown.studies.mapping.MapPieces.size", 16)
