@@ -233,7 +233,8 @@ def _of_discs(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> Largest
         # re-computed later
         best = solve_scaled(scaled_discs(rows, -1.0), tolerances.stored_digits)
         if best.status != Status.UNBOUNDED:
-            least, missing = _least(rows, balanced, tolerances) if best.optimal else (nan, ())
+            known = balanced or not best.load_factor  # λ_lo = 0, as it is no larger than λ_max
+            least, missing = _least(rows, known, tolerances) if best.optimal else (nan, ())
             return replace(_ended(rows, best), least_load_factor=least, missing=missing)
         direction = best.x
     start = solve_scaled(scaled_discs(rows, +1.0))
@@ -307,8 +308,7 @@ def _proved(problem: Problem, rows: DiscRows, found: Largest, tolerances: Tolera
         enclosure = enclosed(problem, rows, end, tolerances)
         if isinstance(enclosure, Missing):
             return replace(found, uncertified=enclosure.reason)
-        low, high = enclosure
-        at = min(max(found.load_factor, low), high)
+        at = float(np.clip(found.load_factor, *enclosure))
         return replace(found, load_factor=at, certified=enclosure, exact=True)
     if found.status == Status.INFEASIBLE:
         proved = proved_infeasible(problem, rows, end)

@@ -170,3 +170,18 @@ def test_a_stiffness_that_is_round_off_presses_no_node(seed, d):
             slips = [shakedown.safe_slip(each, at, open_nodes=nodes).status for each in (joint, same)]
             assert slips[0] == slips[1]
     assert known.status == Status.OPTIMAL
+
+
+@pytest.mark.parametrize("seed", [13, 66, 72])
+def test_without_any_friction_a_moving_load_is_safe_from_zero_to_zero(seed):
+    """In space λ_max = 0 leaves λ_lo nothing but 0: its own program, whose discs have no room, may fail."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 5))
+    root = rng.normal(size=(3 * n, 3 * n))
+    kappa, m = root @ root.T + 0.2 * np.eye(3 * n), int(rng.integers(2, 10))
+    loads = {"q_w": rng.normal(size=(m, 2 * n)), "p_w": 4.0 + 0.7 * rng.normal(size=(m, n))}
+    loads |= {"q_mean": 0.5 * rng.normal(size=2 * n), "p_mean": np.full(n, 4.0)}
+    upper = shakedown.upper_bound(
+        Problem(A=kappa[: 2 * n, : 2 * n], B=kappa[2 * n :, : 2 * n], f=0.0, **loads)
+    )
+    assert (upper.load_factor, upper.least_load_factor, upper.missing) == (0.0, 0.0, ())
