@@ -16,12 +16,13 @@ from numpy.typing import ArrayLike, NDArray
 from shakedown.bounds.registry import BOUNDS, Claim, kinds_of
 from shakedown.campaign.pieces import Arrays, Progress, as_text, function_stamp, run_pieces, text_of
 from shakedown.files.atomic_write import check_table, write_table
-from shakedown.ground.constants import LARGEST_LABEL, FloatArray
+from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ShakedownError, UsageError
 from shakedown.ground.shown_values import plain, shortened, with_unit
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import check_load_factor, checked, node_numbers, real_array
+from shakedown.joint.arguments import check_load_factor, checked, checked_initial_slip, real_array
+from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result, frame
 from shakedown.long_term.simulation import check_slip_below
@@ -406,18 +407,18 @@ def sweep(
     variation, values = checked_variation(joint, vary)
     for load_factor in load_factors:
         check_load_factor(load_factor)
-    if not isinstance(open_nodes, str):  # nodes that a joint of a function has not are said at its point
-        n = LARGEST_LABEL if variation.base is None else variation.base.n
-        open_nodes = node_numbers("open nodes", open_nodes, n)
     asked: dict[str, Any] = {
         "bounds": _checked_bounds(bounds, variation.base),
         "load_factors": tuple(map(float, load_factors)),
         "initial_slip": None if initial_slip is None else real_array("initial slip", initial_slip),
-        "open_nodes": open_nodes,
+        "open_nodes": open_nodes if isinstance(open_nodes, str) else tuple(open_nodes),
         "quick": bool(quick),
         "slip_below": None if slip_below is None else check_slip_below(slip_below),
         "tolerances": tolerances,
     }
+    if variation.base is not None:
+        checked_initial_slip(variation.base, asked["initial_slip"])
+        contact_zone(variation.base, () if open_nodes == "auto" else asked["open_nodes"])
     if output is not None:
         check_table(output)
     places = list(product(*(array.tolist() for array in values)))  # the last parameter runs fastest

@@ -115,6 +115,8 @@ def test_pictures_are_written(tmp_path, vary):
         (("--vary", "f=1", "--vary", "f=2"), "expected each parameter once, found f twice"),
         (("--vary", "f=1", "--vary", "mean=2", "--vary", "phase=0"), "expected one or two parameters"),
         (("--vary", "f=0.3", "--bounds", "lower,lover"), "bounds: expected some of lower, universal"),
+        (("--vary", "f=0.3", "--open", "2"), "open nodes: expected node numbers from 0 to 1, found 2"),
+        (("--vary", "f=0.3", "--initial", "three.npy"), "initial slip: expected shape (2,), found (3,)"),
         (("--vary", "f=0.3", "--resume"), "--resume: expected -o FILE"),
         (("--vary", "f=0.3", "-o", "table.xlsx"), "ends in .csv or .parquet"),
         (("--vary", "f=0.3", "--picture", "a.txt"), "ends in .png, .svg or .pdf"),
@@ -123,6 +125,7 @@ def test_pictures_are_written(tmp_path, vary):
     ],
 )
 def test_bad_words_are_one_line(tmp_path, words, message):
+    np.save(tmp_path / "three.npy", np.zeros(3))
     refused("sweep", "two-node", *words, cwd=tmp_path, message=message)
 
 
