@@ -218,9 +218,9 @@ def initial_state(
 
         return named_start(problem, load_factor or 0.0, initial, open_nodes)
     if given or initial in AT_LOAD_FACTOR or not os.path.lexists(initial):
-        known = f"{', '.join(made)}, given, given:K or a PATH.npy that is there"
-        found = f"{shortened(initial)}, of a problem with {len(states)} given states"
-        raise click.UsageError(f"--initial: expected {known}, found {found}")
+        why = f"of a problem with {len(states)} given states" if given else "which is no file"
+        known = f"{', '.join(('zero', 'given', 'given:K', *made[1:]))} or PATH.npy"
+        raise click.UsageError(f"--initial: expected {known}, found {shortened(initial)}, {why}")
     reads("--initial", initial)
     try:
         return shakedown.load_initial_slip(initial)

@@ -268,7 +268,7 @@ def _short_array(array: NDArray[Any]) -> str:
         text = str(array.item()) if array.ndim == 0 else f"[{', '.join(map(_cell_text, array.tolist()))}]"
         if len(text) <= LONGEST_VALUE:
             return text
-    size = " × ".join(map(str, array.shape))
+    size = " × ".join(map(str, array.shape)) or "one"
     if array.dtype.kind == "b":
         return f"{size} flags, {int(array.sum())} set"
     if array.dtype.kind not in "fiu" or not array.size:

@@ -32,7 +32,7 @@ def is_finite(value: object) -> bool:
 def check_load_factor(load_factor: float, problem: Problem | None = None) -> None:
     """Raise ``UsageError`` unless a load factor is a finite number ≥ 0, with forces that are numbers."""
     if not (is_finite(load_factor) and float(load_factor) >= 0):
-        raise UsageError(f"load factor: expected a number >= 0, found {short(load_factor)}")
+        raise UsageError(f"load factor: expected a finite number >= 0, found {short(load_factor)}")
     loads = () if problem is None else (problem.q_w, problem.p_w, problem.q_mean, problem.p_mean)
     largest = max((float(np.abs(load).max()) for load in loads if load is not None), default=1.0)
     if load_factor > LARGEST or load_factor * largest > LARGEST:

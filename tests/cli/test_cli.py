@@ -174,7 +174,7 @@ BAD = {
     "load factor a word": (["simulate", "two-node", "--load-factor", "big"], "not a valid float"),
     "load factor negative": (
         ["simulate", "two-node", "--load-factor", "-1"],
-        "expected a number >= 0, found -1",
+        "expected a finite number >= 0, found -1",
     ),
     "no given state": (
         ["simulate", "two-node", "--load-factor", "1", "--initial", "given"],
@@ -190,7 +190,7 @@ BAD = {
     ),
     "no number of a given state": (
         ["simulate", "three-node", "--load-factor", "1", "--initial", "given:K"],
-        "expected zero, safe, witness, given, given:K or a PATH.npy that is there, found given:K",
+        "expected zero, given, given:K, safe, witness or PATH.npy, found given:K",
     ),
     "state number after a word": (
         ["simulate", "two-node", "--load-factor", "1", "--initial", "witness:3x"],

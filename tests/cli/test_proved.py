@@ -93,7 +93,8 @@ def test_what_is_required_is_proved_or_the_exit_code_is_1(required, code):
         (("--require", "proved-from-state"), "with X > 0, found 'proved-from-state'"),
         (("--distance", "-1"), "distance: expected a number >= 0, found -1"),
         (("--distance", "nan"), "distance: expected a number >= 0, found nan"),
-        (("--initial", "safe"), "expected zero, given, given:K or a PATH.npy that is there, found safe"),
+        (("--initial", "safe"), "expected zero, given, given:K or PATH.npy"),
+        (("--initial", "none.npy"), "found none.npy, which is no file"),
         (("--initial", "given"), "found given, of a problem with 0 given states"),
     ],
 )

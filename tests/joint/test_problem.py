@@ -120,6 +120,7 @@ MALFORMED = {
         {"A": np.array([["3", "1"], ["1", "2"]])},
         "key 'A': expected real numbers, found 2 × 2 of <U1",
     ),
+    "f is a word": ({"f": np.array("rough")}, "key 'f': expected real numbers, found one of <U5"),
     "A is complex": ({"A": np.eye(2) * 1j}, "found 2 × 2 of complex128"),
     "A holds objects": (
         {"A": np.array([[1, None], [None, 1]], dtype=object)},
