@@ -2,6 +2,7 @@
 
 import io
 import os
+import warnings
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping
@@ -42,7 +43,8 @@ def read_header(file: IO[bytes]) -> Header:
     stream = io.BytesIO(file.read(4096))  # bytes; headers of plain arrays have about 100
     readers = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
     try:
-        shape, _, dtype = readers[np.lib.format.read_magic(stream)](stream)
+        with warnings.catch_warnings(action="error"):  # where NumPy or Python doubts them, they are none
+            shape, _, dtype = readers[np.lib.format.read_magic(stream)](stream)
         if min(shape, default=0) < 0:
             raise ValueError(f"the shape {shape}")
     except Exception as error:  # NumPy raises a dozen kinds of them where bytes are no header

@@ -1,5 +1,7 @@
 """Damaged files: a problem, or one line; never a traceback, never a warning."""
 
+import warnings
+
 import numpy as np
 from hostile.campaign import CONTROL, LONGEST_LINE, judge, named, numbers
 from hostile.damaged_npz import HEADERS, damaged_bytes, damaged_npz, npy, with_header
@@ -62,6 +64,17 @@ def test_damaged_initial_states(tmp_path):
             path.write_bytes(damaged_bytes(whole, rng))
         with named(number, "damaged_bytes"):
             read(shakedown.load_initial_slip, path)
+
+
+def test_what_headers_say_is_no_warning(tmp_path):
+    """Outside of pytest, where a warning is no error that would refuse the file."""
+    path, data = tmp_path / "slip.npy", np.ones((2, 2)).tobytes()
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        for header in HEADERS:
+            path.write_bytes(with_header(header, data))
+            read(shakedown.load_initial_slip, path)
+    assert not told
 
 
 def test_damaged_files_at_the_command_line(tmp_path):
