@@ -7,6 +7,7 @@ from joints import random_paths
 
 import shakedown
 from shakedown import LoadCase, Problem, condense, load_problem, save_problem
+from shakedown.joint.constraints import loading
 from shakedown.joint.contact_zone import contact_zone
 
 JOINT = shakedown.example("two-node")
@@ -19,6 +20,14 @@ def test_a_loop_is_the_default_and_leaves_no_key(tmp_path):
     with np.load(tmp_path / "loop.npz") as file:
         assert "load_path" not in file.files
     assert "load_path" not in JOINT.to_dict()
+
+
+def test_round_off_of_the_mean_of_a_constant_load_is_no_load():
+    constant = Problem(A=[[1.0]], B=[[0.0]], f=0.5, q_w=[[0.1]] * 3, p_w=[[0.7]] * 3)
+    assert (constant.q_w != constant.q_w.mean(axis=0)).any()
+    loop = loading(constant)
+    assert not loop.q1.any()
+    assert not loop.p1.any()
 
 
 def test_a_domain_survives_the_round_trip(tmp_path):

@@ -148,8 +148,10 @@ def test_without_c_a_node_that_lifts_off_leaves_the_run_undecided(method):
 
 @METHODS
 def test_too_few_cycles_leave_the_run_undecided(method):
-    run = simulate(TWO_NODE, 0.8, LOWER.slip, cycles=1, method=method)
+    run = simulate(TWO_NODE, 0.8, LOWER.slip, cycles=1, method=method, slip_below=1.0)
     assert run.outcome == Outcome.UNDECIDED
+    assert run.slip_criterion.met is None
+    assert np.isnan(run.slip_criterion.largest)
     assert run.period == 0
     assert np.isnan(run.drift).all()
 
