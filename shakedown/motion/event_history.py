@@ -147,12 +147,12 @@ class EventHistory(Result):
         array([[0.    , 0.    ],
                [0.    , 0.7132]])
         """
-        cycle, (first, last), span = np.asarray(cycle, dtype=float), self.cycle[[0, -1]], self._lasting
+        cycle, (first, last), lasting = np.asarray(cycle, dtype=float), self.cycle[[0, -1]], self._lasting
         outside = cycle[~((cycle >= first - NEGLIGIBLE) & (cycle <= last + NEGLIGIBLE))]
         if outside.size:
             raise UsageError(f"cycle: expected times from {first:g} to {last:g}, found {outside[0]:g}")
         row = np.clip(np.searchsorted(self.cycle, cycle, side="right") - 1, 0, len(self) - 1)
-        span = span[row]
+        span = lasting[row]
         share = np.where(span > 0, (cycle - self.cycle[row]) / np.where(span > 0, span, 1.0), 0.0)
         return self.within(row, np.clip(share, 0.0, 1.0))
 
