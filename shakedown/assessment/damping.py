@@ -344,10 +344,8 @@ class _LoadedJoint:
             "slides_away": state.slides_away,
             "slipping_share": 0.0 if rests else float(slips.mean()) if state.period else nan,
         }
-        if isnan(row["dissipation"]):
-            return row, None
         if not closes:
-            return row, (state.final_slip, ())
+            return row, None
         begins = state.history.at(np.ceil(state.history.cycle[:1]))
         return row, (begins.v[0], tuple(np.flatnonzero(begins.state[0] == OPEN).tolist()))
 

@@ -223,6 +223,20 @@ def test_wrong_arguments_are_named(change, line):
         damping(jenkins(), **({"amplitudes": [1.0]} | change))
 
 
+def test_the_next_amplitude_begins_where_the_last_loop_has_closed(monkeypatch):
+    starts, real = [], shakedown.long_term_state
+
+    def followed(problem, load_factor, slip, **settings):
+        starts.append(slip.tolist())
+        state = real(problem, load_factor, slip, **settings)
+        return state.without_period() if len(starts) == 2 else state
+
+    monkeypatch.setattr("shakedown.assessment.damping.long_term_state", followed)
+    curve = damping(jenkins(), [1.5, 2.0, 3.0])
+    assert np.isnan(curve.dissipation).tolist() == [False, True, False]
+    assert starts[2] == starts[1] != starts[0]
+
+
 def test_a_name_of_two_loads_is_the_name_of_none():
     with pytest.raises(UsageError, match="load: expected one of 0 to 2, 'bolt', found 'force'"):
         damping(shakedown.example("bolted-flange"), [1.0], load="force")
