@@ -28,7 +28,13 @@ from shakedown.joint.constraints import (
 )
 from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
-from shakedown.joint.rigid_slips import MOTION_ROUND_OFF, NO_STIFFNESS, rigid_slips, stiffness_error
+from shakedown.joint.rigid_slips import (
+    MOTION_ROUND_OFF,
+    NO_STIFFNESS,
+    free_stiffness,
+    rigid_slips,
+    stiffness_error,
+)
 from shakedown.joint.units import NO_LOADS
 
 Places = NDArray[np.intp]
@@ -197,7 +203,8 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
     kappa, layout = problem.kappa, problem.layout
     closed = replace(layout, n=len(k))
     free, held = layout.of_nodes(chosen), layout.of_nodes(k)
-    flexibility = _inverse(kappa[np.ix_(free, free)], chosen, tolerances)
+    told = free_stiffness(problem)[np.ix_(free, free)]
+    flexibility = _inverse(kappa[np.ix_(free, free)], told, chosen, tolerances)
     follow = _without_round_off(flexibility @ kappa[np.ix_(free, held)])  # −∂u_O/∂u_K
     # round-off of the condensed stiffness, relative to the terms of its difference
     known = problem.stiffness_accuracy is not None
@@ -243,16 +250,17 @@ def _without_round_off(follow: FloatArray) -> FloatArray:
     return np.where(np.abs(follow) <= noise, 0.0, follow)
 
 
-def _inverse(stiffness: FloatArray, nodes: list[int], tolerances: Tolerances) -> FloatArray:
-    """κ_OO⁻¹, each displacement measured on the scale of its own stiffness."""
+def _inverse(stiffness: FloatArray, told: FloatArray, nodes: list[int], tolerances: Tolerances) -> FloatArray:
+    """κ_OO⁻¹, each displacement measured on its own scale; ``told``: κ_OO without rigid motions."""
     diagonal = np.diag(stiffness)
     scale = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    values, vectors = np.linalg.eigh(stiffness * np.outer(scale, scale))
-    if not values[0] > tolerances.singular_pivot * values[-1]:
+    held = np.linalg.eigvalsh(told * np.outer(scale, scale))
+    if not held[0] > tolerances.singular_pivot * held[-1]:
         named = ", ".join(map(str, nodes[:8]))
         raise UsageError(
             f"open nodes: expected nodes that the body holds when open, found {named} free to move"
         )
+    values, vectors = np.linalg.eigh(stiffness * np.outer(scale, scale))
     return np.asarray((vectors / values) @ vectors.T * np.outer(scale, scale))
 
 

@@ -84,3 +84,17 @@ def test_an_initial_gap_is_a_displacement_of_the_welded_state():
     assert loading(shifted).q1 == pytest.approx(loading(BLOCK).q1, abs=1e-12 * np.abs(BLOCK.q_w).max())
     with pytest.raises(UsageError, match=r"one number or shape \(9,\), found \(2,\)"):
         with_initial_gap(BLOCK, [1.0, 2.0])
+
+
+@pytest.mark.parametrize("closed", range(5))
+def test_of_a_floating_block_one_closed_node_holds_no_open_one_whatever_round_off_says(closed):
+    """Rotations about it meet 1e-12 of the stiffness."""
+    from shakedown.fem import ElasticBody, Material, Pressure, block_mesh, contact_problem
+
+    load = Pressure("top", 10.0, history=np.ones(8))
+    block = ElasticBody(block_mesh(2.0, 1.0, 4, 2), Material(young=200e3, poisson=0.3), loads=[load])
+    joint = contact_problem(block, "bottom", f=0.5, steps=8)
+    noise = np.random.default_rng(0).uniform(-1e-12, 1e-12, (5, 5))
+    A, C = (stiffness * (1 + noise + noise.T) for stiffness in (joint.A, joint.C))
+    with pytest.raises(UsageError, match="free to move"):
+        contact_zone(replace(joint, A=A, B=joint.B * (1 + noise), C=C), set(range(5)) - {closed})
