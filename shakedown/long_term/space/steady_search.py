@@ -239,9 +239,9 @@ class SteadySearch:
         clear = THREE_DIGITS * float((now.slip * self.rules.stiffness).max())
         error = max(record.error for record in list(cycles.records)[-p:])
         differs = np.abs(cycles.slip(p + 1, 2 * p) - now.slip).max() > THREE_DIGITS * most
-        if error > clear or differs or decay.slip_ends(now, self.none):
+        floats, forgotten = can_drift(cycles.motion.problem), len(cycles.states) <= 2 * p  # by a leap
+        if (floats and forgotten) or error > clear or differs or decay.slip_ends(now, self.none):
             return None
-        floats = can_drift(cycles.motion.problem)
         walks, all_drifts = False, False
         if floats:
             walks, all_drifts = drift_goes_on(cycles, p, decay.drift_left(now), self.none, error)
