@@ -230,7 +230,10 @@ def _are_two_names(value: object) -> bool:
 def _matched(mesh: Mesh, first: NDArray[np.intp], second: NDArray[np.intp], where: str) -> NDArray[np.intp]:
     """Pairs of every node of a set with the nearest one of another; whether they touch is checked later."""
     if len(first) != len(second):
-        raise unfit(where, "sets of equally many nodes", f"{len(first)} and {len(second)}")
+        more, fewer = (first, second) if len(first) > len(second) else (second, first)
+        alone = more[int(np.argmax(cKDTree(mesh.at(fewer)).query(mesh.at(more))[0]))]
+        found = f"{len(first)} and {len(second)}, node {alone} farthest from a partner"
+        raise unfit(where, "sets of equally many nodes", found)
     return np.column_stack([first, second[cKDTree(mesh.at(second)).query(mesh.at(first))[1]]])
 
 

@@ -200,13 +200,26 @@ def _normals(contact: ContactSection, mesh: Mesh, where: str) -> Iterator[str]:
             )
     if contact.coupling is not None:
         return
+    yield from _left_out(mesh, contact.first.tolist())
     if contact.labels.ndim > 1:
+        yield from _left_out(mesh, contact.labels[:, 1].tolist())
         opposite = mesh.face_normals(contact.labels[:, 1])
         if ((given * opposite).sum(axis=1) > 0).all():
             raise ProblemError(
                 f"{where}: expected faces of the second body that look at those of the first, found that "
                 f"both bodies lie on the same side of the contact at {names[0]}"
             )
+
+
+def _left_out(mesh: Mesh, labels: list[int]) -> Iterator[str]:
+    """A warning about nodes between the corners of a body's faces at the contact that are not in it."""
+    between = {node for facet in mesh.boundary(set(labels)) for node in facet.between}.difference(labels)
+    if between:
+        yield (
+            f"faces at the contact have {len(between)} node(s) between their corners that are no contact "
+            f"nodes, first {min(between)}: these pass through the other body; take them in, or linear "
+            "elements"
+        )
 
 
 def _shown(vector: FloatArray) -> str:

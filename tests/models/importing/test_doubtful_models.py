@@ -277,6 +277,13 @@ def test_every_node_of_a_quadratic_face_bears_a_share_of_a_pressure(tmp_path):
     np.testing.assert_allclose(found.problem.p_w[0], [1.4, 1.4, 1.4, 0.6, 0.6, 0.6], rtol=1e-12)
 
 
+def test_nodes_between_corners_that_are_left_out_are_said(tmp_path):
+    (said,) = one_tetrahedron(tmp_path, [1, 2, 3]).warnings
+    assert said.startswith(
+        "faces at the contact have 3 node(s) between their corners that are no contact nodes, first 5"
+    )
+
+
 def test_friction_in_per_cent_stops_the_check(example):
     folder, _, _ = example
     found = made(example, changed("friction = 0.3", "friction = 30"))
