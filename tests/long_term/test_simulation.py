@@ -167,7 +167,7 @@ def test_the_transient_runs_first_and_is_not_scaled():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"load_factor": -1.0}, "load factor: expected a number >= 0, found -1"),
+        ({"load_factor": -1.0}, "load factor: expected a finite number >= 0, found -1"),
         ({"load_factor": np.nan}, "load factor"),
         ({"load_factor": 1.0, "initial_slip": [0.0]}, r"expected shape \(2,\), found \(1,\)"),
         ({"load_factor": 1.0, "initial_slip": [0.0, np.inf]}, "finite"),
