@@ -131,7 +131,7 @@ class Decay:
         end, before = self.end(now), self.before(now, RESOLVED)
         if end is None or before is None:
             return False
-        fallen = now.slip.max() <= MUCH * before.slip.max()
+        fallen = bool(now.slip.max() <= MUCH * before.slip.max())
         grown = now.slip > np.maximum(before.slip, THREE_DIGITS * none)  # that leads away from rest
         return fallen and bool((~grown & (np.abs(end.slip) <= np.maximum(share * now.slip, none))).all())
 

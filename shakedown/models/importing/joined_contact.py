@@ -91,9 +91,9 @@ def _coefficients(given: Friction, contact: ContactSection, mesh: Mesh, where: s
     for name, own in inside.items():
         if not own.any():
             raise unfit(where, f"contact nodes in the set {quoted(name)}", "none")
-    count = np.sum(list(inside.values()), axis=0)
-    if (count != 1).any():
-        k = int(np.argmax(count != 1))
+    times = np.sum(list(inside.values()), axis=0)
+    if (times != 1).any():
+        k = int(np.argmax(times != 1))
         found = " and ".join(quoted(name) for name, own in inside.items() if own[k]) or "none"
         raise unfit(where, "every contact node in one of the sets", f"{contact.names[k]} in {found}")
     return np.asarray(sum(value * inside[name] for name, value in given.items()), dtype=float)
