@@ -20,7 +20,7 @@ from shakedown.joint.problem import Problem
 NO_STIFFNESS = 2.0**-30  # largest relative stiffness of a rigid motion, as condensation costs a few digits
 CLEAR = 1e4  # ratio by which true resistance exceeds round-off or printing errors
 MOTION_ROUND_OFF = 16 * np.finfo(float).eps  # relative round-off of a projected stiffness
-ASKED = ": give stiffness_accuracy"
+ASKED = ": give stiffness_accuracy (of an import: accuracy in [stiffness])"
 
 
 @dataclass(frozen=True)
