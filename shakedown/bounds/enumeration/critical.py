@@ -199,8 +199,9 @@ def _check_budget(rows: Constraints, total: int, budget: int) -> None:
     """Refuse more subsets than the budget, and say about how long they would take."""
     if total > budget:
         told = f"{total:,}" if total < COUNTABLE else f"about 10^{len(str(total)) - 1}"
-        hours = f"about {SECONDS_EACH * total / 3600:.2g} hours" if total < COUNTABLE else "for ever"
+        seconds = SECONDS_EACH * min(total, COUNTABLE)
+        time = f"{seconds:.2g} seconds" if seconds < 3600 else f"{seconds / 3600:.2g} hours"
         raise BudgetExceeded(
             f"{told} subsets of {rows.n + 1} rows are more than the budget of {budget:,}; "
-            f"they would take {hours} on one core"
+            f"they would take {'about' if total < COUNTABLE else 'more than'} {time} on one core"
         )
