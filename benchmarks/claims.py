@@ -76,7 +76,7 @@ def _floating_joints() -> Figures:
     joints, known = (sum(row[key] for row in found) for key in ("joints", "true_known"))
     return [
         (
-            f"limits of {joints} joints that friction alone holds, against HiGHS",
+            f"limits of {joints} joints that friction alone holds, against HiGHS (at 620f54f0)",
             most("upper_off_highs", "lower_off_highs"),
         ),
         (f"{known} of them against the optimum in fractions", most("upper_off_truth", "lower_off_truth")),

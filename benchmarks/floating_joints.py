@@ -1,27 +1,31 @@
-"""Joints that friction alone holds: bounds against HiGHS, the rational truth, and copies in other forms.
+"""Joints that friction alone holds: how they are drawn, and their bounds by HiGHS and in fractions.
 
 Random joints are made in fractions, with rigid slips that change exactly nothing, and then rounded: what
-the toolkit sees resists these slips by round-off. Elastic blocks on friction alone come from their meshes.
-Both bounds are held against HiGHS, with other slips pinned than the toolkit pins, against the optimum of
-the fractions before they were rounded, and against copies in other units, orders and scales.
+the toolkit sees resists these slips by round-off. Elastic bodies on friction alone come from their meshes.
 """
 
 from dataclasses import dataclass, replace
-from math import inf, isfinite
+from math import inf
 
 import highspy
 import numpy as np
 from flint import fmpq, fmpq_mat
 
-import shakedown
-from benchmarks.problems import in_units
+from benchmarks.drawn_joints import drawn_joint_in_space
 from shakedown import Problem
-from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
+from shakedown.fem import (
+    ElasticBody,
+    Force,
+    Material,
+    Pressure,
+    Traction,
+    block_mesh,
+    brick_mesh,
+    contact_problem,
+)
 from shakedown.joint.constraints import constraints
-from shakedown.report.facts import table
+from shakedown.joint.rigid_slips import rigid_slips
 
-TITLE = "Floating joints: bounds against HiGHS, the rational truth, other units, orders and scales"
-EACH = 20  # joints per row
 AGREES = 1e-8  # relative, with HiGHS
 LOAD_STEPS = 6
 
@@ -241,122 +245,50 @@ def _nearest(value: fmpq) -> float:
     return int(value.p) / int(value.q)
 
 
-def copies(problem: Problem, seed: int) -> dict[str, Problem]:
-    """The same joint in other units, another order of nodes and another scale."""
-    rng = np.random.default_rng([3, seed])
-    order = rng.permutation(problem.n)
-    square = np.ix_(order, order)
-    A, B, C = problem.A[square], problem.B[square], None if problem.C is None else problem.C[square]
-    turned = replace(
-        problem, A=A, B=B, C=C, f=problem.f[order], q_w=problem.q_w[:, order], p_w=problem.p_w[:, order],
-        coordinates=None, normal=None, tangent=None, node_area=None, label=None, x=None, source="",
-    )  # fmt: skip
-    return {
-        "powers of two": in_units(problem, 2.0**11, 2.0**-8),
-        "powers of ten": in_units(problem, 1e-3, 1e6),
-        "order": turned,
-        "scale": in_units(problem, 1.0, float(rng.uniform(0.1, 10.0))),
-    }
+def floating_joint(kind: str, seed: int) -> Problem:
+    """A joint that friction alone holds: of random matrices, or a body with the places of its nodes."""
+    if kind == "matrices":
+        return rational_joint(seed, n := 2 + seed % 11, 1 + (n > 3 and seed % 3 == 0)).rounded
+    if kind == "matrices in space":
+        return drawn_joint_in_space(seed, 29)  # of this number four nodes in a row of springs
+    return floating_block(seed) if kind == "block" else floating_solid(seed)
 
 
-def cases(short: bool) -> list[dict]:
-    joints, blocks = (EACH, EACH) if short else (500, 100)
-    return [
-        {"kind": kind, "first": first, "joints": EACH}
-        for kind, count in (("random", joints), ("block", blocks))
-        for first in range(0, count, EACH)
-    ]
+def floating_solid(seed: int) -> Problem:
+    """A brick that lies on a plane, pressed and pushed to and fro, of random shape, material and loads."""
+    rng = np.random.default_rng([9, seed])
+    turn = 2 * np.pi * np.arange(12) / 12
+    mesh = brick_mesh(tuple(rng.uniform(1, 4, 3)), (int(rng.integers(1, 4)), int(rng.integers(1, 4)), 1))
+    aside = (0.0, float(rng.uniform(1, 9)), float(rng.uniform(-2, 2)))
+    body = ElasticBody(
+        mesh,
+        Material(float(rng.choice([1.0, 210e3])), float(rng.uniform(0.0, 0.4))),
+        loads=[
+            Pressure("top", float(rng.uniform(5, 20)), history=1 + 0.3 * np.sin(turn + rng.uniform(0, 6))),
+            Force("top", (float(rng.uniform(1, 9)), 0.0, 0.0), history=np.cos(turn)),
+            Force("right", aside, history=np.sin(turn)),
+        ],
+    )
+    return contact_problem(body, "bottom", float(rng.uniform(0.1, 0.8)), steps=12)
 
 
-def measure(case: dict) -> dict:
-    found = [judged(case["kind"], seed) for seed in range(case["first"], case["first"] + case["joints"])]
-    worst = {key: max((one[key] for one in found if one[key] is not None), default=None) for key in WORST}
-    return worst | {key: sum(one[key] for one in found) for key in COUNTS}
+def printed(matrix: np.ndarray, digits: int) -> np.ndarray:
+    """A matrix as it is read again where so many digits were printed."""
+    return np.array([[float(f"{x:.{digits - 1}e}") for x in row] for row in matrix])
 
 
-WORST = (
-    "upper_off_highs",
-    "lower_off_highs",
-    "upper_off_truth",
-    "lower_off_truth",
-    "units",
-    "forms",
-    "witness",
-)
-COUNTS = ("disagreeing", "pinned_right", "certified", "true_known", "powers_of_two_same")
+def rounded(problem: Problem, digits: int) -> Problem:
+    """The joint with a stiffness of so many digits."""
+    C = None if problem.C is None else printed(problem.C, digits)
+    return replace(problem, A=printed(problem.A, digits), B=printed(problem.B, digits), C=C)
 
 
-def judged(kind: str, seed: int) -> dict:
-    """One joint: how far both bounds are off, relative to them, in its own and in other forms."""
-    if kind == "random":
-        joint = rational_joint(seed, n := 2 + seed % 11, free := 1 + (n > 3 and seed % 3 == 0))
-        problem, Z = joint.rounded, joint.Z
-    else:
-        joint, problem, free = None, floating_block(seed), 1
-        Z = np.ones((problem.n, 1))
-    bounds = shakedown.shakedown_bounds(problem)
-    lower, upper = bounds.lower, bounds.upper
-    pins = other_pins(Z, upper.pinned)
-    peer = by_highs(problem, pins)
-    truth = (None, None) if joint is None else true_bounds(joint, pins, peer["active"])
-    off = {
-        "upper_off_highs": _apart(upper.load_factor, peer["upper"]),
-        "lower_off_highs": _apart(lower.load_factor, peer["lower"]),
-        "upper_off_truth": None if truth[0] is None else _apart(upper.load_factor, truth[0]),
-        "lower_off_truth": None if truth[1] is None else _apart(lower.load_factor, truth[1]),
-    }
-    again = {name: shakedown.shakedown_bounds(copy) for name, copy in copies(problem, seed).items()}
-    changes = {
-        name: max(
-            _apart(other.upper.load_factor, upper.load_factor),
-            _apart(other.lower.load_factor, lower.load_factor),
-        )
-        for name, other in again.items()
-    }
-    two = again["powers of two"]
-    size = float(np.abs(lower.slip).max()) if lower.node >= 0 else 0.0
-    certified = (upper.certified is not None) + (lower.certified is not None)
-    return off | {
-        "units": max(changes["powers of two"], changes["powers of ten"]),
-        "forms": max(changes["order"], changes["scale"]),
-        "witness": size / peer["witness"] if size and peer["witness"] else None,
-        "disagreeing": int(max(off["upper_off_highs"], off["lower_off_highs"]) > AGREES),
-        "pinned_right": int(len(upper.pinned) == free == len(lower.pinned)),
-        "certified": certified,
-        "true_known": sum(value is not None for value in truth),
-        "powers_of_two_same": int(
-            (two.upper.load_factor, two.lower.load_factor) == (upper.load_factor, lower.load_factor)
-        ),
-    }
+def without_places(problem: Problem) -> Problem:
+    """The joint of matrices alone."""
+    return replace(problem, coordinates=None, normal=None, tangent=None, tangents=None)
 
 
-def _apart(one: float, other: float) -> float:
-    """Difference relative to the second; 1 where only one of them is a number."""
-    if not (isfinite(one) and isfinite(other)):
-        return float(not (one == other or (np.isnan(one) and np.isnan(other))))
-    return abs(one - other) / abs(other) if other else float(abs(one) > AGREES)
-
-
-def tables(rows: list[dict]) -> str:
-    headers = [
-        "joints", "number", "pinned", "off HiGHS by > 1e-8", "λ_max off", "λ_1 off", "λ_max off truth",
-        "λ_1 off truth", "true values", "units", "order, scale", "2^k the same", "certified",
-        "witness : HiGHS",
-    ]  # fmt: skip
-    lines = []
-    for kind in dict.fromkeys(row["kind"] for row in rows):
-        chosen = [row for row in rows if row["kind"] == kind]
-        total = {key: sum(row[key] for row in chosen) for key in (*COUNTS, "joints")}
-        worst = {key: max((r[key] for r in chosen if r[key] is not None), default=None) for key in WORST}
-        shown = {key: "-" if value is None else f"{value:.1e}" for key, value in worst.items()}
-        lines.append(
-            [kind, str(total["joints"]), str(total["pinned_right"]), str(total["disagreeing"])]
-            + [shown[key] for key in WORST[:4]]
-            + [str(total["true_known"]), shown["units"], shown["forms"], str(total["powers_of_two_same"])]
-            + [str(total["certified"]), shown["witness"]]
-        )
-    return table(headers, lines)
-
-
-def figures(rows: list[dict]) -> dict:
-    return {}
+def stiffened(problem: Problem, share: float) -> Problem:
+    """The joint with a stiffness against its rigid slips of a share of the largest."""
+    Z = np.linalg.qr(rigid_slips(problem).motions)[0]
+    return replace(problem, A=problem.A + share * np.linalg.eigvalsh(problem.A)[-1] * Z @ Z.T)

@@ -35,8 +35,6 @@ FEWEST = {
 # Of these the smallest case still has many joints or cycles: so many are enough to see that it measures.
 SMALLER = {
     "accumulated_adversary": {"MOVES": 40},
-    "floating_joints": {"EACH": 3},
-    "rigid_motions": {"EACH": 1},
 }
 
 

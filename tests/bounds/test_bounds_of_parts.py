@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from benchmarks.uncoupled_parts import in_units, joined, pair
+from benchmarks.drawn_joints import in_units, joined, pair
 from shakedown.assessment.sensitivities import sensitivities
 from shakedown.bounds.energy.energy_ball import energy_ball
 from shakedown.ground.status import Status

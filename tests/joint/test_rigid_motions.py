@@ -6,8 +6,15 @@ import numpy as np
 import pytest
 
 import shakedown
-from benchmarks.floating_joints import floating_block, rational_joint
-from benchmarks.rigid_motions import floating_joint, floating_solid, rounded, stiffened, without_places
+from benchmarks.floating_joints import (
+    floating_block,
+    floating_joint,
+    floating_solid,
+    rational_joint,
+    rounded,
+    stiffened,
+    without_places,
+)
 from shakedown import Problem
 from shakedown.joint.rigid_slips import can_drift, free_stiffness, rigid_slips, zero_modes
 
