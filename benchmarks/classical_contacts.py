@@ -1,4 +1,10 @@
-"""A press fit and a cylinder on a flat against Lamé, Hertz, Cattaneo and Mindlin: error against mesh."""
+"""A press fit and a cylinder on a flat against Lamé, Hertz, Cattaneo and Mindlin: error against mesh.
+
+And the steady state of the cylinder where normal and tangential force vary out of phase: the zone that never
+slips is as wide as the contact under the force P₀ at which a line of slope f and one of slope −f meet, both
+tangent to the loop of (P, Q) (Barber, Davies and Hills, Int. J. Solids Struct. 48 (2011) 1955; Andresen and
+Hills, arXiv:1908.07939).
+"""
 
 from itertools import pairwise
 
@@ -12,18 +18,25 @@ from shakedown.report.facts import table
 
 TITLE = "Classical contacts: error against element size"
 INTERFERENCE, FRICTION, HALF = 1e-3, 0.3, 1.5
+PHASES = (0.25, 0.1, 0.0)  # of the normal force before the tangential one, in periods
+CYCLES = 6  # until the state is steady
 
 
 def cases(short: bool) -> list[dict]:
     levels = (1, 2, 4) if short else (1, 2, 4, 8)
-    return [
+    pressed = [
         {"contact": name, "refinement": k} for name in ("press fit", "cylinder on a flat") for k in levels
+    ]
+    return pressed + [
+        {"contact": "P and Q vary", "refinement": k, "phase": phase} for phase in PHASES for k in levels
     ]
 
 
 def measure(case: dict) -> dict:
     if case["contact"] == "press fit":
         return press_fit_errors(case["refinement"])
+    if case["contact"] == "P and Q vary":
+        return permanent_stick(case["refinement"], case["phase"])
     return line_contact_errors(case["refinement"])
 
 
@@ -66,6 +79,26 @@ def line_contact_errors(refinement: int) -> dict:
     }
 
 
+def permanent_stick(refinement: int, phase: float) -> dict:
+    """Half-width of what never slips in the steady state, beside that of the contact under P₀."""
+    problem = cylinder_on_flat(refinement, shift=0.012, f=FRICTION, steps=48, swing=0.25, phase=phase)
+    history = evolve(problem, 1.0, cycles=CYCLES).history
+    last = history.rows(history.cycle > CYCLES - 1 - 1e-9)
+    normal, shear = last.p.sum(axis=1), last.q.sum(axis=1)
+    least = (np.min(shear + FRICTION * normal) - np.max(shear - FRICTION * normal)) / (2 * FRICTION)
+    slip = np.ptp(last.v, axis=0)
+    stick = np.all(last.state != 2, axis=0) & (slip < 1e-9 * slip.max())
+    size, width = 2 * HALF / (problem.n - 1), hertz(least).half_width
+    found = float(stick.sum() * size / 2)
+    return {
+        "nodes": problem.n,
+        "P0": float(least),
+        "half_width": width,
+        "found": found,
+        "apart": abs(found - width) / size,
+    }
+
+
 def rates(errors: list[float]) -> list[str]:
     """Order of convergence between each mesh and the next."""
     return ["-" for _ in errors[:1]] + [f"{np.log2(a / b):.2f}" for a, b in pairwise(errors)]
@@ -87,12 +120,25 @@ def tables(rows: list[dict]) -> str:
             flat, rates([row["pressure"] for row in flat]), rates([row["shear"] for row in flat]), strict=True
         )
     ]  # fmt: skip
+    varied = [
+        [
+            f"{row['phase']:g}",
+            str(row["nodes"]),
+            f"{row['half_width']:.3f}",
+            f"{row['found']:.3f}",
+            f"{row['apart']:.2f}",
+        ]
+        for row in rows
+        if row["contact"] == "P and Q vary"
+    ]
     heads = ["nodes", "peak", "pressure", "order", "shear", "order", "edge/h", "stick/h"]
     return (
         "press fit, pressure against Lamé (largest relative error)\n"
         + table(["nodes", "error", "order"], first)
         + "\n\ncylinder on a flat: relative errors (peak, mean pressure, mean shear); edges in elements\n"
         + table(heads, second)
+        + "\n\nP and Q vary: half-width of what never slips\n"
+        + table(["phase", "nodes", "half-planes", "found", "apart/h"], varied)
     )
 
 

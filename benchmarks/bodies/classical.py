@@ -108,6 +108,8 @@ def cylinder_on_flat(
     steps: int = 24,
     first_loading: int = 12,
     poisson: float = 0.3,
+    swing: float = 0.0,
+    phase: float = 0.0,
 ) -> Problem:
     """A cylinder pressed onto a flat, then moved to and fro along it; similar materials, plane strain.
 
@@ -128,6 +130,8 @@ def cylinder_on_flat(
         Load steps of one period, and before it.
     poisson
         Of both bodies [–].
+    swing, phase
+        The approach varies by this share, as sin 2π(t + phase), t in periods [–].
 
     Examples
     --------
@@ -143,9 +147,10 @@ def cylinder_on_flat(
     across = np.concatenate(
         [-side[::-1], np.linspace(-CANDIDATE, CANDIDATE, 12 * refinement + 1)[1:-1], side]
     )
+    pressed = 1 + swing * np.sin(2 * np.pi * phase)
     loads = [
-        Displacement("far", x=0.0, y=-approach, history=1.0,
-                     transient=np.arange(1, first_loading + 1) / first_loading),
+        Displacement("far", x=0.0, y=-approach, history=lambda t: 1 + swing * np.sin(2 * np.pi * (t + phase)),
+                     transient=pressed * np.arange(1, first_loading + 1) / first_loading),
         Displacement("far", x=shift, y=0.0, history=lambda t: np.sin(2 * np.pi * t),
                      transient=np.zeros(first_loading)),
     ]  # fmt: skip

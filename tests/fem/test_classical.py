@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.bodies.classical import hertz
-from benchmarks.classical_contacts import line_contact_errors, press_fit_errors
+from benchmarks.classical_contacts import line_contact_errors, permanent_stick, press_fit_errors
 
 
 def test_the_press_fit_converges_to_lames_pressure_with_order_two():
@@ -28,3 +28,10 @@ def test_hertz_shear_has_the_force_it_is_given_and_no_slip_without_it():
     x = np.linspace(-1.5, 1.5, 200_001)
     assert np.trapezoid(sheared.shear(x, 0.3), x) == pytest.approx(0.003, rel=1e-5)
     assert hertz(0.02).stick == hertz(0.02).half_width
+
+
+@pytest.mark.parametrize("phase", [0.25, 0.0])
+def test_what_never_slips_is_the_contact_under_the_force_where_the_tangents_of_the_loop_meet(phase):
+    found = permanent_stick(2, phase)
+    assert 0.5 < found["half_width"] < 0.8
+    assert found["apart"] < 1.0
