@@ -1,4 +1,4 @@
-"""Which numbers converge as a mesh is refined, joint by joint: the tables of docs/mesh.md.
+"""Which numbers converge as a mesh is refined, joint by joint: the numbers behind docs/mesh.md.
 
 Every joint on a sequence of meshes with the number of contact elements doubled: blocks and a pad with
 sharp corners, below and above the critical friction of these (:mod:`benchmarks.corner_field`);

@@ -26,6 +26,8 @@ GROUPS = {  # heading: the subpackages whose names stand below it
 def directive(module: str, name: str) -> str:
     """The autodoc directive of one object."""
     thing = getattr(importlib.import_module(module), name)
+    if name == "BOUNDS":  # a dictionary has no docstring of its own
+        return f".. py:data:: {module}.{name}\n\n   Every kind of bound by its name, and what it is about.\n"
     if not inspect.isclass(thing):
         return f".. autofunction:: {module}.{name}\n"
     if issubclass(thing, Exception):
@@ -46,7 +48,7 @@ def top() -> str:
         thing = getattr(shakedown, name)
         if inspect.ismodule(thing):
             continue
-        subpackage = thing.__module__.split(".")[1]
+        subpackage = "bounds" if name == "BOUNDS" else thing.__module__.split(".")[1]
         heading = next(
             (heading for heading, subpackages in GROUPS.items() if subpackage in subpackages), "Others"
         )

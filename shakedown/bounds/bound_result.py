@@ -169,7 +169,7 @@ class LargestLoadFactor(Evidence):
     yᵀd = 1, yᵀg = λ_max. Infeasible (Farkas): yᵀG = 0, yᵀd ≥ 0, yᵀg < 0. Zero where unbounded.
     ``residual`` is the largest relative violation of the rows at ``slip`` or along ``direction``, or of the
     equalities of ``multipliers``. ``certified`` are neighbouring floats, with two directions 1e-10 apart as a
-    rule, relatively (docs/space.md, U1 and U2); (inf, inf) where it is proved unbounded. Of a joint in
+    rule, relatively (docs/space.md, Theorems U1, U2); (inf, inf) where it is proved unbounded. Of a joint in
     uncoupled parts ``multipliers`` are 0 but in the part with the least bound.
 
     Attributes

@@ -174,7 +174,7 @@ def with_free_rigid_slips(problem: Problem) -> Problem:
 def can_drift(problem: Problem) -> bool:
     """Whether some motion of the nodes changes no reaction: only then may slips grow for ever.
 
-    A zero mode of κ, or of A and B where nodes cannot open (docs/energy.md, section 9), or one in doubt.
+    A zero mode of κ, or of A and B where nodes cannot open (docs/energy.md, Theorem 8), or one in doubt.
 
     Examples
     --------

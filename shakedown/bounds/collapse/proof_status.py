@@ -1,8 +1,8 @@
 """How far the first collapse is a guarantee of shakedown from every initial state.
 
-The proofs are statements 1 to 6 of docs/guarantee.md. In short: where the coupling ratio ρ* is below 1
-every motion below λ_1 comes to rest (statement 3), for any number of nodes; also where no slip raises a
-measure of the differences between nodes (8), as of many bodies that friction alone holds; for two nodes
+The proofs are Theorems 1 to 6 of docs/guarantee.md. In short: where the coupling ratio ρ* is below 1
+every motion below λ_1 comes to rest (Theorem 3), for any number of nodes; also where no slip raises a
+measure of the differences between nodes (4), as of many bodies that friction alone holds; for two nodes
 wherever the motion is unique (5).
 That no node lifts off is checked apart (6, ``lift_off_bound``). All of it follows one loop in its
 order: of a load domain nothing is proved here unless slip changes no pressure.

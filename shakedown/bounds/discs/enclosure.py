@@ -1,6 +1,6 @@
 """Two load factors with λ_max of the joint as stored between them: proved, with every rounding bounded.
 
-The statements that it rests on stand in docs/space.md (U1, U2, U3).
+The statements that it rests on are Theorems U1 to U3 of docs/space.md.
 """
 
 from collections.abc import Iterator

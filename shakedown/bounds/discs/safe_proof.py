@@ -1,4 +1,4 @@
-"""Slips that are proved to be safe, with every rounding bounded (docs/space.md, U1)."""
+"""Slips that are proved to be safe, with every rounding bounded (docs/space.md, Theorem U1)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -49,7 +49,7 @@ def _high(values: FloatArray) -> FloatArray:
 
 
 class Inverse:
-    """A symmetric matrix with an approximate inverse, and how near to its own that is proved to be (U3)."""
+    """A symmetric matrix with an approximate inverse, and how near it is proved to be (Theorem U3)."""
 
     def __init__(self, matrix: FloatArray) -> None:
         """Invert it in units in which its diagonal is near 1."""

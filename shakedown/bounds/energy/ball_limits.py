@@ -176,7 +176,7 @@ class BallLimits:
 
     With two directions every extreme load step of a node is a disc, (f p, q) = g − G_i v − λ d. Of the change
     of a pressure the ``share`` c_i is tied to the change of the node's own tangential reaction,
-    a_i = √(1 + f_i² |c_i|²), and s_i = f_i γ_i(c_i) is the rest (docs/energy.md, section 8). With one
+    a_i = √(1 + f_i² |c_i|²), and s_i = f_i γ_i(c_i) is the rest (docs/energy.md, eqs. 1 to 3). With one
     direction a disc is two rows, of which each has the best share that its side may have, and no factor.
     The rows of gaps that stay open are the last ones.
 

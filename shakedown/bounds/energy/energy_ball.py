@@ -78,7 +78,7 @@ class EnergyBall(Result):
         The open nodes and the joint of the closed ones; None with all nodes closed.
     share : (n, 2)
         With two directions what part c of the change of its own tangential reaction is counted as the
-        change of the pressure of every closed node (docs/energy.md, section 8) [1]; else empty.
+        change of the pressure of every closed node (docs/energy.md, eq. 1) [1]; else empty.
     """
 
     status: Status
@@ -218,7 +218,7 @@ class BallEvidence(Evidence):
         semi-definite), else None.
     share : (n, 2)
         With two directions what part c of the change of its own tangential reaction is counted as the
-        change of the pressure of every closed node (docs/energy.md, section 8) [1]; else empty.
+        change of the pressure of every closed node (docs/energy.md, eq. 1) [1]; else empty.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -267,7 +267,7 @@ def energy_ball(
     have to do with each other beyond the node itself. With a state given, maximise its
     margin R − ‖v − v*‖ instead, by a cone program: where no ball holds it, near the
     largest load factors, the largest ball is a small one in another place. With two tangential
-    directions a_i |q| + f_i γ_i R ≤ f p at every load step (docs/energy.md, section 8), by cone programs.
+    directions a_i |q| + f_i γ_i R ≤ f p at every load step (docs/energy.md, eq. 3), by cone programs.
 
     Parameters
     ----------
@@ -471,7 +471,7 @@ def leaves_margins(limits: BallLimits, slip: FloatArray, load_factor: float, tol
 def closed_radius(
     problem: Problem, metric: EnergyMetric, slip: FloatArray, load_factors: tuple[float, ...]
 ) -> float:
-    """The radius [√(force · length)] up to which p*_i(t) ≥ ‖B_i‖_{A⁻¹} R (docs/energy.md, 8).
+    """The radius [√(force · length)] up to which p*_i(t) ≥ ‖B_i‖_{A⁻¹} R (docs/energy.md, Theorem 5).
 
     For every node and load step, at the load factors given and so between them: slip inside such a ball
     changes no pressure by more. Not positive where a pressure is not; inf for B = 0.

@@ -53,7 +53,7 @@ def energy_bound(
 
     Maximise λ subject to f p ∓ q ≥ f_i γ_i R for every node, side and load step at the
     slip v*, and ‖v₀ − v*‖_A + δ ≤ R: one second-order cone program in (v*, R, λ). With two tangential
-    directions a_i |q| + f_i γ_i R ≤ f p at every load step (docs/energy.md, section 8).
+    directions a_i |q| + f_i γ_i R ≤ f p at every load step (docs/energy.md, eq. 3).
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def energy_bound(
     split
         With two directions, whether the part c_i of a pressure that the node's own reaction determines is
         taken out of γ_i, in a few rounds; else c = 0. In the plane it always is. Only
-        where no node can open inside the ball, come what may (docs/energy.md, section 8, Jumps); else c = 0.
+        where no node can open inside the ball, come what may (docs/energy.md, Theorem 5); else c = 0.
     certify
         Whether to find a load factor that satisfies the conditions in exact arithmetic;
         by default up to 40 nodes; only with all nodes closed.

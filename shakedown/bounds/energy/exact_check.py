@@ -22,7 +22,7 @@ class ExactBall:
     """Exact reactions, shares and bounds of γ² of a problem, against which slips and radii are checked.
 
     Slips are those relative to the pinned ones, zero there. Stored numbers are fractions; roots are
-    avoided by comparing squares, and γ² is bounded from above, next to its value (docs/energy.md, section 8).
+    avoided by comparing squares, and γ² is bounded from above, next to its value (docs/energy.md, section 4).
     With two directions the shares are those given; with one each side has the best that it may have.
     ``regular`` is False where A without the pinned slips is not clearly positive definite, some share is
     out of its range, or it is not clear whether the body floats: then nothing is proved.

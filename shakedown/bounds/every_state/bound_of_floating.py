@@ -56,7 +56,7 @@ class FloatingLimits:
     least
         π, of every node.
     curves
-        What slip in any direction asks of w (docs/universal.md, statements 6.3 and 6.4).
+        What slip in any direction asks of w (docs/universal.md, Corollary 3 and eq. 2).
     """
 
     joint: ScaledJoint
@@ -131,7 +131,7 @@ def floating_reach(
 
     The reactions z have to be those of a slip, in balance with each other: one program over all nodes. They
     are those of its end under the largest load, those that leave most friction under the mean load, and in
-    proportion between; along them motions go on without a jump up to some load factor (statement 6.8),
+    proportion between; along them motions go on without a jump up to some load factor (Theorem 8),
     unless the motion is known to be ``unique``.
 
     Raises

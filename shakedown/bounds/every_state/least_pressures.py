@@ -26,7 +26,7 @@ WEIGHTINGS = 12  # reweightings of the nodes, each about a digit nearer to the l
 
 @dataclass(frozen=True)
 class LeastPressures:
-    """Lower bounds of the pressures p_i of all nodes, for every load (docs/universal.md, statement 6.1).
+    """Lower bounds of the pressures p_i of all nodes, for every load (docs/universal.md, Lemma 1).
 
     With multipliers Y and weights h of a node, A Y + (f B)ᵀ h = B_iᵀ and h_j ≥ |Y_j|, every slip that is
     admissible under a load has
@@ -180,7 +180,7 @@ def pressures_of_floating(joint: ScaledJoint, *, sign: float = 1.0) -> LeastPres
     """The bounds p_i ≥ π_i of all nodes (``sign`` −1: −p_i ≥ −P_i) for every slip that friction admits.
 
     With Y any Y + Z c solves the equations of the multipliers as well, as neither A nor B know rigid slips
-    (docs/universal.md, statement 6.7). The c of every node is chosen for the mean load; any is valid.
+    (docs/universal.md, Theorem 7). The c of every node is chosen for the mean load; any is valid.
     """
     c = np.zeros((joint.n, joint.motions.shape[1]))
     for _ in range(ALTERNATIONS):
@@ -216,7 +216,7 @@ def _best_parts(joint: ScaledJoint, Y: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class SlipCurves:
-    """The points g(u) u of some nodes, u being a direction in which the node slips (statement 6.4).
+    """The points g(u) u of some nodes, u being a direction in which the node slips (Theorem 4).
 
     With g(u) = size + lean · u a node that slips along u has g(u) p ≥ π. With one direction the curve is
     two points, with two a limaçon.
@@ -296,7 +296,7 @@ class SlipCurves:
 
 
 def slip_curves(joint: ScaledJoint, least: LeastPressures) -> SlipCurves:
-    """The curves of all nodes; circles |t| = 1 (statement 6.3) where a curve nearly leaves the origin out."""
+    """The curves of all nodes; circles |t| = 1 (Corollary 3) where a curve nearly leaves the origin out."""
     every, f = np.arange(joint.n), joint.f
     lean = f[:, None] * least.multipliers.reshape(joint.n, joint.n, joint.d)[every, every]
     own = f * least.weights[every, every]

@@ -152,7 +152,7 @@ def scaled_joint(problem: Problem) -> ScaledJoint:
 
 
 def unique_rates(joint: ScaledJoint) -> Uniqueness:
-    """Whether every M(u) is a P-matrix, by energy (docs/universal.md, statement 6.6).
+    """Whether every M(u) is a P-matrix, by energy (docs/universal.md, Theorem 6).
 
     M_ij = u_i · A_ij u_j + f_i B_ij · u_j, for all unit vectors u of the nodes.
     """
@@ -212,7 +212,7 @@ MOST = 2_000_000  # boxes times nodes at once; larger cases are not proved
 
 @dataclass(frozen=True)
 class RigidRates:
-    """What the condition of statement 6.8 asks, but for what depends on the load.
+    """What the condition of Theorem 8 (docs/universal.md) asks, but for what depends on the load.
 
     With w = v − z for a rigid z, base = max Σ f_i |w_i| |(B w)_i| / ‖w‖² and
 

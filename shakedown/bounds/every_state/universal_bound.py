@@ -82,7 +82,7 @@ def least_pressure_bound(problem: Problem, *, unique: bool = False) -> LeastPres
 
     Every node i needs a reaction z_i with f_i p_i + u · (q_w,i + z_i) > 0 under every load of the hull of the
     loop, for all admissible slips in which it slips along u; z = A v*. Then the elastic energy of the
-    distance to v* falls whenever a node slips (docs/universal.md, statements 6.1 to 6.5).
+    distance to v* falls whenever a node slips (docs/universal.md, Theorem 2).
 
     Parameters
     ----------
@@ -250,7 +250,7 @@ def universal_bound(
 
     Where an argument reaches λ_1 that is the answer: Melan's theorem (B = 0), a coupling ratio ρ* < 1, a
     gauge of differences, two nodes (thesis §4.4), all with one tangential direction; else it is what least
-    pressures prove (docs/universal.md, statements 6.1 to 6.8), round-off included, where motions are unique.
+    pressures prove (docs/universal.md, section 3), round-off included, where motions are unique.
     In every case the nodes must stay closed.
 
     Parameters

@@ -51,7 +51,7 @@ class Coupling(Result):
     ratio
         ρ*, the least number for which some d > 0 has N₊ d ≤ ρ* d and N₋ d ≤ ρ* d; NaN where a node is
         at or above its own critical friction A_ii / (f_i |B_ii|), where it is not defined. Below 1
-        the motion is unique and λ_1 is the limit of shakedown (docs/guarantee.md, statement 3).
+        the motion is unique and λ_1 is the limit of shakedown (docs/guarantee.md, Theorem 3).
     bound
         A number ≥ ρ* that the weights prove, rounded up.
     weights : (n,)

@@ -346,7 +346,7 @@ def overruled_by_proofs(state: LongTermState) -> LongTermState:
     """The state, or shakedown where that is proved of a motion of which a search has found another outcome.
 
     A cycle that returns to its start and slips is its own proof: no energy ball with margins beyond
-    what it misses holds it (docs/energy.md, section 9). All else is held against what is proved from where
+    what it misses holds it (docs/energy.md, Theorem 9). All else is held against what is proved from where
     the motion began, from every state, and from where it has got to; the numbers are then those of the cycle
     from there. Before the first cycle is done, the transient may still be to come, and only the start counts.
     """
@@ -373,8 +373,8 @@ def overruled_by_proofs(state: LongTermState) -> LongTermState:
 def _proved_to_slip(state: LongTermState) -> LongTermState:
     """The state; an undecided search in space is cyclic slip without drift where λ > λ_max proves it.
 
-    Every cycle in which all nodes are closed slips by so much at least (docs/energy.md, theorem 10), and a
-    joint without rigid slips does not drift for ever (theorem 8).
+    Every cycle in which all nodes are closed slips by so much at least (docs/energy.md, Theorem 10), and a
+    joint without rigid slips does not drift for ever (Theorem 8).
     """
     problem, above = state.begun.problem, np.inf
     if state.outcome == Outcome.UNDECIDED and not (state.goal.contact == OPEN).any():

@@ -134,7 +134,7 @@ def test_certificates_hold_exactly(name):
 
 
 def test_the_example_of_a_jump_in_a_ball():
-    """Inside a ball with a share the rates of slip may have no solution (docs/energy.md, section 8)."""
+    """Inside a ball with a share the rates of slip may have no solution (docs/energy.md, Theorem 5)."""
     still = {"q_w": np.zeros((3, 2)), "p_w": np.ones((3, 1))}
     node = Problem(A=np.diag([1.0, 10.0]), B=[[0.0, 9.0]], C=[[9.0]], f=1.0, **still)
     ball = energy_ball(node, 0.0)

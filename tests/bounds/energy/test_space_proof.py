@@ -37,7 +37,7 @@ def in_the_ball(problem: Problem, split: bool, seed: int):
 @pytest.mark.parametrize("split", [False, True])
 @pytest.mark.parametrize("seed", range(2))
 def test_the_lemmas_hold_state_by_state(seed, split):
-    """Docs/energy.md, section 8: the split of a pressure, Lemma 3 for every state beyond a limit, Lemma 4."""
+    """Docs/energy.md: the split of a pressure, Lemma 1 for every state beyond a limit, Lemma 2."""
     problem = space_joint(seed, 1 + seed % 3, friction=0.9)
     ball, z, change, centre_q, centre_p, length = in_the_ball(problem, split, seed)
     f, share, scale = problem.f, ball.share, np.abs(problem.p_w).max()
