@@ -50,8 +50,8 @@ from .models.condensation.load_case import LoadCase as LoadCase
 from .models.importing.import_model import Import as Import
 from .models.importing.import_model import import_model as import_model
 from .studies.basin_map import InitialStateMap as InitialStateMap
+from .studies.basin_map import initial_state_map as initial_state_map
 from .studies.limit_cycles import LimitCycle as LimitCycle
-from .studies.mapping import initial_state_map as initial_state_map
 from .studies.refined import refine as refine
 from .studies.sweep import Sweep as Sweep
 from .studies.sweep import sweep as sweep

@@ -8,8 +8,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.assessment.every_limit import JointLimits, ShakedownBounds, on_mesh
-from shakedown.assessment.three_numbers import THREE_NUMBERS
+from shakedown.assessment.every_limit import THREE_NUMBERS, JointLimits, ShakedownBounds, on_mesh
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
 from shakedown.ground.errors import Missing

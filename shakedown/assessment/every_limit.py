@@ -1,6 +1,7 @@
 """Every limit of the load factor of one joint, each computed when it is first read, and once.
 
-From one mesh it is judged whether the edge of the mesh determines a limit (docs/mesh.md).
+What joins them to three numbers: which refute each other, which states the loads admit. From one mesh it is
+judged whether the edge of the mesh determines a limit (docs/mesh.md).
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -13,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.sensitivities import Sensitivities, sensitivities
-from shakedown.assessment.three_numbers import REFUTED, THREE_NUMBERS, admitted_up_to, not_refuted
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.energy.energy_ball import NO_SAFE_SLIP, EnergyBall, energy_ball
 from shakedown.bounds.enumeration.critical import subset_count
@@ -21,20 +21,90 @@ from shakedown.bounds.onset import Onset, first_opening, first_slip
 from shakedown.bounds.registry import BOUNDS, BoundKind, Claim, kinds_of, takes_long
 from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, friction_thresholds
 from shakedown.bounds.upper import upper_bound
-from shakedown.ground.constants import EACH_SHOWN, MUCH, FloatArray
+from shakedown.ground.constants import CONE, EACH_SHOWN, MUCH, FloatArray
 from shakedown.ground.errors import Missing, SolverError, allowed, present, sought
 from shakedown.ground.shown_values import plain, short
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked
-from shakedown.joint.constraints import constraints, through_transient
+from shakedown.joint.constraints import Side, constraints, step_loads, through_transient
 from shakedown.joint.contact_surface import surface_of
 from shakedown.joint.hat_functions import coarsened
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.programs.cone_rays import leaves_cone
 
 if TYPE_CHECKING:
     from shakedown.assessment.transient_limit import SlipLimit
+
+
+THREE_NUMBERS = "impossible_above", "proved_from_this_state", "proved_from_every_state"
+REFUTED = "round-off decides: its load factor is {:.7g}, although no slip is safe above {:.7g}"
+
+
+def not_refuted(load_factor: float, upper: Bound, tolerances: Tolerances = DEFAULT) -> float:
+    """What is proved, unless λ_max of closed nodes refutes it: NaN then.
+
+    What is above it by ``agreement`` at most, as round-off in either may put it, is rounded down.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> upper = shakedown.upper_bound(shakedown.example("two-node"))
+    >>> [not_refuted(share * upper.certified[1], upper) / upper.certified[0] for share in (1.0 + 1e-12, 1.1)]
+    [1.0, nan]
+    """
+    if upper.open_nodes or upper.status not in (Status.OPTIMAL, Status.INFEASIBLE):
+        return load_factor
+    low, high = np.nan_to_num(upper.certified or (upper.load_factor, upper.load_factor)).tolist()
+    if not load_factor > high:
+        return load_factor
+    return low if load_factor <= (1.0 + tolerances.agreement) * high else nan
+
+
+def admitted_up_to(problem: Problem, slip: FloatArray, tolerances: Tolerances = DEFAULT) -> float:
+    """The load factor up to which the first load step admits a slip with all nodes closed; 0 where none.
+
+    The slip stays as it is, also at nodes without friction: λ_U is about states that are admissible so.
+    :func:`~shakedown.bounds.onset.first_slip` is about a motion, in which those nodes follow the load.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> round(admitted_up_to(shakedown.example("two-node"), np.zeros(2)), 4)
+    0.9998
+    """
+    rows, first = constraints(problem), step_loads(problem)[0]
+    if rows.relative_excess(slip, 0.0).max() > tolerances.feasibility:
+        return 0.0
+    slack, law, in_discs = rows.g - rows.G @ slip, problem.law, np.inf
+    if problem.directions > 1:
+        heads = rows.heads[np.unique(rows.node[rows.heads], return_index=True)[1]]
+        limits = slack[heads[:, None] + np.arange(CONE)]
+        in_discs = leaves_cone(limits, -law.of_nodes(first)).min()
+        slack, first = slack[rows.side != Side.DISC], first[law.rows * problem.n :]
+    rising = first > 0
+    return max(float(np.min(slack[rising] / first[rising], initial=in_discs)), 0.0)
+
+
+def open_ends(*results: Bound | Missing) -> Iterator[str]:
+    """One sentence for each result that is open or disputed.
+
+    A limit that does not exist, like λ_1 with two tangential directions, is not open.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> list(open_ends(shakedown.upper_bound(shakedown.example("two-node"))))
+    []
+    """
+    for result in results:
+        if isinstance(result, Missing):
+            continue
+        if result.undecided:
+            yield f"{result.symbol} is open: {result.reason}"
+        elif result.disputed:
+            yield f"{result.symbol} is disputed: {result.uncertified}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -15,9 +15,8 @@ from shakedown.assessment.assess import (
     independent_findings,
     second_bounds,
 )
-from shakedown.assessment.every_limit import JointLimits
+from shakedown.assessment.every_limit import JointLimits, open_ends
 from shakedown.assessment.plan import BELOW, NO_ZONE, Case, case_as_given, plan_steps
-from shakedown.assessment.three_numbers import open_ends
 from shakedown.assessment.transient_limit import SlipLimit
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.enumeration.critical import CriticalLoadFactors, critical_load_factors
@@ -32,8 +31,7 @@ from shakedown.ground.work_limit import all_cores, limited_work, on_one_thread
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.node_results import node_results
-from shakedown.long_term.node_table import NodeResults
+from shakedown.long_term.node_results import NodeResults, node_results
 from shakedown.long_term.simulation import Simulation, check_slip_below, simulate
 from shakedown.long_term.state import proof_in
 

@@ -14,7 +14,7 @@ in ``space.steady_search``: ``_at_rest``, ``_repeats``, ``_approaches``, ``_slip
 by ``simulation.recorded_verdict``. Whatever a search from event to event has found, in the plane, too,
 ``space.steady_search.overruled_by_proofs`` has the last word: proofs of rest, and of slip in every cycle.
 
-What a period does to each node: ``node_table`` (the answer, and its files), ``node_results`` (how it follows
-from the path; the state at instants, as files). Whether its slip stays small is asked by ``simulation``.
+What a period does to each node: ``node_results`` (the answer and its files, how it follows from the path; the
+state at instants, as files). Whether its slip stays small is asked by ``simulation``.
 What it does to each load: ``conjugate_displacement``.
 """

@@ -22,7 +22,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import Patience, settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
-from shakedown.long_term.node_results import Settled, slip_ranges
+from shakedown.long_term.node_results import Settled, slip_extents
 from shakedown.long_term.state import LongTermState, SettledState, SteppedState, of_period
 from shakedown.motion.checked_law import alone, law_resolution, swing
 from shakedown.motion.event_history import EventHistory, path_violation
@@ -66,7 +66,7 @@ def slip_criterion(settled: Settled, below: float, tolerances: Tolerances = DEFA
         return SlipCriterion(below, False if left else None, inf if left else nan, -1)
     if settled.outcome == Outcome.SHAKEDOWN:
         return SlipCriterion(below, True, 0.0, -1)
-    ranges = slip_ranges(settled, tolerances)
+    ranges = settled.problem.law.size(slip_extents(settled, tolerances))
     node, largest = int(ranges.argmax()), float(ranges.max())
     return SlipCriterion(below, largest < below, largest, node)
 

@@ -2,8 +2,8 @@
 
 Reading order: ``checked_law`` (Coulomb's law and its violation, the judge of every path), ``course`` (the
 load path that compiled loops follow, and how these end), ``event_history`` (the path, and the law along it),
-``steady_slide`` (rigid motions that nothing ends), ``viscous_jump`` (chapter VI, and how long the implicit
-steps of a jump are), ``method`` (where a motion begins, what is kept of a cycle, what every way to follow
+``viscous_jump`` (chapter VI, how long the implicit steps of a jump are, rigid motions that nothing ends),
+``method`` (where a motion begins, what is kept of a cycle, what every way to follow
 one has in common), ``fixed_steps`` (load steps by sweeps over the nodes), ``evolution`` (from event to
 event, jumps included; the public function). Below them ``plane/`` and ``space/``, the compiled loops of one
 and of two tangential directions.

@@ -41,8 +41,7 @@ from shakedown.motion.method import (
 )
 from shakedown.motion.plane.plane_events import PlaneEvents
 from shakedown.motion.space.space_events import SpaceEvents
-from shakedown.motion.steady_slide import ViscousJoint
-from shakedown.motion.viscous_jump import Jump, default_damping
+from shakedown.motion.viscous_jump import Jump, ViscousJoint, default_damping
 
 MOST_RETRIES = 20  # at one instant, each with a larger change of load
 MOST_JUMPS = 20  # per node and load step of a cycle

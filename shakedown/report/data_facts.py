@@ -23,7 +23,7 @@ from shakedown.report.notes import FLOATING, LOAD_DOMAIN, TOO_LONG
 
 if TYPE_CHECKING:
     from shakedown.ground.constants import FloatArray
-    from shakedown.long_term.node_table import NodeResults
+    from shakedown.long_term.node_results import NodeResults
     from shakedown.models.condensation.surface_coupling import SurfaceCoupling
     from shakedown.models.importing.import_model import Import
 

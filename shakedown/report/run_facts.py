@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from shakedown.assessment.transient_limit import SlipLimit
     from shakedown.assessment.verify import Run, Verification
     from shakedown.joint.problem import Problem
-    from shakedown.long_term.node_table import NodeResults
+    from shakedown.long_term.node_results import NodeResults
     from shakedown.long_term.simulation import Simulation, SlipCriterion
 
 WORST = 10  # nodes shown where there are many

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
 from shakedown.assessment.assess import Assessment, assess
-from shakedown.assessment.three_numbers import THREE_NUMBERS
+from shakedown.assessment.every_limit import THREE_NUMBERS
 from shakedown.assessment.transient_limit import slip_limit
 from shakedown.campaign.pieces import Arrays, Progress, as_text, function_stamp, run_pieces, text_of
 from shakedown.files.atomic_write import check_table, write_table

@@ -9,7 +9,7 @@ from joints_in_space import random_joint
 import shakedown
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from benchmarks.problems import random_problem
-from shakedown.assessment.three_numbers import admitted_up_to
+from shakedown.assessment.every_limit import admitted_up_to
 from shakedown.bounds import upper as upper_module
 from shakedown.bounds.accumulated import accumulated_bound as accumulated_module
 from shakedown.ground.status import Said

@@ -7,7 +7,7 @@ import pytest
 
 import shakedown
 from shakedown import Problem
-from shakedown.assessment.three_numbers import admitted_up_to
+from shakedown.assessment.every_limit import admitted_up_to
 from shakedown.ground.errors import Missing
 from shakedown.joint.constraints import loading
 

@@ -7,8 +7,7 @@ import shakedown
 from benchmarks.implicit_joint import ImplicitJoint
 from shakedown.motion.checked_law import Scales, law_violation
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.steady_slide import ViscousJoint, steady_slide
-from shakedown.motion.viscous_jump import Relaxation
+from shakedown.motion.viscous_jump import Relaxation, ViscousJoint, steady_slide
 from tests.joints_in_space import random_joint
 
 

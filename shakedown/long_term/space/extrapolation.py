@@ -7,10 +7,8 @@ import numpy as np
 from shakedown.ground.constants import ERROR_FACTOR, MUCH, FloatArray
 from shakedown.ground.status import OPEN
 from shakedown.joint.rigid_slips import free_stiffness
-from shakedown.long_term.space.decay import Decay, Period
-from shakedown.long_term.space.followed_cycles import FollowedCycles, Position, signatures
-from shakedown.long_term.space.recurrence_leaps import TRIES, Leap, RecurrenceLeaps
-from shakedown.long_term.space.slope_leaps import MovingSlips, PeriodStep, SlopeLeaps
+from shakedown.long_term.space.followed_cycles import Decay, FollowedCycles, Period, Position, signatures
+from shakedown.long_term.space.leaps import TRIES, Leap, MovingSlips, PeriodStep, RecurrenceLeaps, SlopeLeaps
 from shakedown.motion.method import State
 
 STUCK = 200  # cycles after which slopes of a period are measured, one cycle each

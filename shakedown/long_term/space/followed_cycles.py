@@ -1,19 +1,285 @@
-"""What a search for the long-term state goes by, and the cycles that it has followed."""
+"""The cycles that a search in space has followed: what they change, how that falls, whether drift lasts.
+
+The size of a change of the state is the energy that it stores.
+
+Where the change per period falls by the same share of the way from period to period, along a line, the way
+ends at a fixed point of the map, a known distance ahead. A motion that lingers next to a state and goes on
+past it shows itself before: as at a double root its change falls by ever smaller shares. So does one that is
+slower by far: its change stays, while that of the fast one falls.
+
+A drift goes on for ever where rigid slip in every period meets no resistance.
+"""
 
 from collections import deque
 from dataclasses import dataclass
 from itertools import pairwise
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import (
+    BLOCK,
+    EPS,
+    MUCH,
+    NEGLIGIBLE,
+    PER_CENT,
+    RESOLVED,
+    SIX_DIGITS,
+    THREE_DIGITS,
+    FloatArray,
+)
 from shakedown.ground.status import OPEN
-from shakedown.long_term.space.decay import Period
-from shakedown.long_term.space.measure import Measure, measure_of
+from shakedown.joint.arguments import once_per_problem
+from shakedown.joint.law import Layout
+from shakedown.joint.problem import Problem
+from shakedown.joint.rigid_slips import free_stiffness, rigid_slips
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import CycleRecord, State
 from shakedown.motion.viscous_jump import Jump
+
+STATE_ROUND_OFF = 64.0 * EPS  # relative to a state: smaller changes are none
+
+
+@dataclass(frozen=True)
+class Measure:
+    """The energy norm of changes of a state, in which rigid slips do not count.
+
+    Attributes
+    ----------
+    root : (M, N)
+        By columns: RᵀR = κ in units of a power of two: a change d has the size ‖R d‖ [√(force × length)].
+    rigid : (N, r)
+        Slips that change no reaction, orthonormal: cycles are the same wherever these stand.
+    slips : (n,)
+        √ of the largest stiffness of each node, whose slip counts for what it would store.
+    largest
+        ‖R‖, of all entries.
+    """
+
+    root: FloatArray
+    rigid: FloatArray
+    slips: FloatArray
+    largest: float
+
+    def size(self, change: FloatArray) -> float:
+        """The size of a change of the state."""
+        seen = self.seen(change)
+        return sqrt(seen.dot(seen))  # as np.linalg.norm
+
+    def seen(self, changes: FloatArray) -> FloatArray:
+        """R d of changes (…, N), (…, k)."""
+        return product(self.root, changes)
+
+    def at_most(self, change: FloatArray) -> float:
+        """An upper bound of ``terms``, without the product."""
+        return 2.0 * self.largest * float(np.linalg.norm(change))
+
+    def terms(self, change: FloatArray) -> float:
+        """‖|R| |d|‖, to which the round-off of a size is relative."""
+        return float(np.linalg.norm(np.abs(self.root) @ np.abs(change)))
+
+    def is_rigid(self, change: FloatArray) -> bool:
+        """Whether what a change of one slip does to the reactions is undone by what others do."""
+        return self.size(change) <= THREE_DIGITS * self.terms(change)
+
+    def without_rigid(self, changes: FloatArray) -> FloatArray:
+        """Changes (…, N) without their rigid slip."""
+        return np.asarray(changes - changes @ self.rigid @ self.rigid.T)
+
+    def deviation(self, change: FloatArray, expected: FloatArray, size: float) -> float:
+        """The deviation of a change from another one of this size, relative to it; rigid slips included."""
+        off = self.size(change - expected) / size
+        if not self.rigid.shape[1]:
+            return off
+        return max(off, float(np.linalg.norm(change - expected) / np.linalg.norm(expected)))
+
+
+def product(root: FloatArray, changes: FloatArray) -> FloatArray:
+    """R d of changes (…, N), (…, k): with a large R from the places that change, mostly few."""
+    places: NDArray[np.intp] | slice = slice(None)
+    if root.size > BLOCK and changes.any():
+        moved = np.flatnonzero(changes.reshape(-1, changes.shape[-1]).any(axis=0))
+        few = 4 * len(moved) < changes.shape[-1]
+        places = moved if few else slice(moved[0], moved[-1] + 1)  # gaps, the last places, mostly rest
+    return np.asarray(changes[..., places] @ root.T[places])
+
+
+@once_per_problem
+def measure_of(problem: Problem) -> Measure:
+    """The measure for changes of the states of a joint."""
+    stiffness, layout = free_stiffness(problem), problem.layout
+    # In a unit of its own, as roots of odd powers of two are rounded.
+    stiffness = np.ldexp(stiffness, -np.frexp(np.diag(stiffness).max())[1])
+    if problem.C is None:  # gaps stay zero
+        stiffness[layout.gaps] = stiffness[:, layout.gaps] = 0.0
+    diagonal = np.diag(stiffness)
+    own = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    values, vectors = np.linalg.eigh(0.5 * (stiffness + stiffness.T) / own / own[:, None])
+    kept = values > NEGLIGIBLE * values[-1]
+    motions = rigid_slips(problem).motions
+    rigid = np.zeros((layout.size, motions.shape[1]))
+    rigid[layout.slips] = np.linalg.qr(motions)[0] if motions.shape[1] else motions
+    stiffest = diagonal[layout.slips].reshape(problem.n, -1).max(axis=1)
+    root = np.asfortranarray(np.sqrt(values[kept])[:, None] * vectors[:, kept].T * own)
+    return Measure(root, rigid, np.sqrt(stiffest), float(np.linalg.norm(root)))
+
+
+CLEARLY = 4.0  # ratio of two changes from which on they show a slope
+# Of the slope before it, which is ½ of that along a square: less is no line, or is not nearer to one.
+LINEAR, NEARLY = 0.9, 0.75
+
+
+class Period(NamedTuple):
+    """What a period did.
+
+    Attributes
+    ----------
+    state : (N,)
+        At its end [length].
+    change : (N,)
+        Of the state [length].
+    size
+        Of that [energy norm].
+    slip : (n,)
+        In it [length].
+    drift : (r,)
+        Rigid slip in it, along each of the orthonormal ones [length].
+    """
+
+    state: FloatArray
+    change: FloatArray
+    size: float
+    slip: FloatArray
+    drift: FloatArray
+
+
+class End(NamedTuple):
+    """Where the change has fallen to nothing, if all falls in proportion to it.
+
+    Attributes
+    ----------
+    way, change : (N,)
+        The way there, and what the change has not lost by then [length].
+    slip : (n,)
+        Per period [length].
+    drift : (r,)
+        Per period [length].
+    """
+
+    way: FloatArray
+    change: FloatArray
+    slip: FloatArray
+    drift: FloatArray
+
+    @classmethod
+    def of(cls, before: Period, now: Period) -> "End":
+        """From two periods."""
+        share = now.size / (before.size - now.size)
+        way = (now.state - before.state) * share
+        pairs = (now.change, before.change), (now.slip, before.slip), (now.drift, before.drift)
+        return cls(way, *(after + share * (after - start) for after, start in pairs))
+
+
+class Decay:
+    """Periods on the way of a search, each with half the change of the one before it, or less."""
+
+    def __init__(self) -> None:
+        self.periods: list[Period] = []
+
+    def note(self, period: Period) -> None:
+        """Keep a period, if the change has fallen; where it has grown, forget those of smaller changes."""
+        while self.periods and self.periods[-1].size <= period.size:
+            self.periods.pop()
+        if not self.periods or period.size <= 0.5 * self.periods[-1].size:
+            self.periods.append(period)
+
+    def before(self, now: Period, times: float = CLEARLY) -> Period | None:
+        """The last period of so many times the change: by default one that shows a slope."""
+        return next((each for each in reversed(self.periods) if 0.0 < each.size >= times * now.size), None)
+
+    def end(self, now: Period) -> End | None:
+        """The end of the way; None where no period shows a slope."""
+        before = self.before(now)
+        return None if before is None else End.of(before, now)
+
+    def to_come(self, now: Period, measure: Measure, lost: float = 0.0) -> FloatArray | None:
+        """The way (N,) to where there is no change [length]; None where it falls along no line.
+
+        Changes of up to ``lost`` are round-off [energy norm].
+        """
+        end = self._end_of_line(now, measure, LINEAR, max(PER_CENT * now.size, lost))
+        return None if end is None else end.way
+
+    def comes_to_a_cycle(self, now: Period, measure: Measure, none: float) -> bool:
+        """Whether the change falls to none [energy norm], nearer to a line than a square; slip stays."""
+        least = max(PER_CENT * now.size, none)
+        return self._end_of_line(now, measure, NEARLY, least) is not None and self.slip_lasts(now, PER_CENT)
+
+    def _end_of_line(self, now: Period, measure: Measure, straight: float, none: float) -> End | None:
+        """The end of the way, if the change falls along a line to none [energy norm]."""
+        before = self.before(now)
+        first = None if before is None else self.before(before)
+        if before is None or first is None:
+            return None
+        way, earlier = measure.size(now.state - before.state), measure.size(before.state - first.state)
+        if not (before.size - now.size) * earlier >= straight * (first.size - before.size) * way:
+            return None
+        end, round_off = End.of(before, now), STATE_ROUND_OFF * measure.size(now.state)
+        # More falls to another one, far slower: nothing shows where that ends.
+        return end if measure.size(end.change) <= none + round_off else None
+
+    def slip_lasts(self, now: Period, share: float = THREE_DIGITS) -> bool:
+        """Whether the slip stays where the change falls to nothing, but for a share."""
+        end = self.end(now)
+        return end is not None and bool(np.abs(end.slip - now.slip).max() <= share * now.slip.max())
+
+    def slip_ends(self, now: Period, none: FloatArray, share: float = MUCH) -> bool:
+        """Whether the slip falls to nothing with the change, but for a share, and has done so on the way.
+
+        At every node, as a soft one may hide a stiff one, or to what counts as none, (n,) [length].
+        """
+        end, before = self.end(now), self.before(now, RESOLVED)
+        if end is None or before is None:
+            return False
+        fallen = bool(now.slip.max() <= MUCH * before.slip.max())
+        grown = now.slip > np.maximum(before.slip, THREE_DIGITS * none)  # that leads away from rest
+        return fallen and bool((~grown & (np.abs(end.slip) <= np.maximum(share * now.slip, none))).all())
+
+    def drift_lasts(self, now: Period) -> bool:
+        """Whether the drift stays where the change falls to nothing."""
+        end = self.end(now)
+        if end is None:
+            return False
+        return bool(np.linalg.norm(end.drift - now.drift) <= PER_CENT * np.linalg.norm(now.drift))
+
+    def drift_ends(self, now: Period) -> bool:
+        """Whether the drift falls to nothing with the change."""
+        end = self.end(now)
+        return end is not None and bool(np.linalg.norm(end.drift) <= PER_CENT * np.linalg.norm(now.drift))
+
+    def drift_left(self, now: Period) -> FloatArray:
+        """The drift (r,) where the change falls to nothing; that of the period where nothing shows it."""
+        end = self.end(now)
+        return now.drift if end is None else end.drift
+
+    def farthest(self, now: Period, layout: Layout, measure: Measure, drifts: bool) -> float:
+        """How far a node has still to go, as the changes of all fall, and as its own does [length].
+
+        Beside fast ones a slow one may have come no nearer to its end. Rigid drift that lasts does not count.
+        """
+        before = self.before(now)
+        if before is None:
+            return 0.0
+        gone = now.state - before.state
+        apart = (measure.without_rigid(each) for each in (gone, before.change, now.change))
+        way, first, last = (layout.ways(each) for each in apart)
+        fallen = np.maximum(first - last, NEGLIGIBLE * last)
+        own = np.divide(way * last, fallen, out=np.zeros_like(way), where=last > 0.0)
+        as_all = (way if drifts else layout.ways(gone)) * now.size / (before.size - now.size)
+        return float(np.maximum(own, as_all).max())
+
 
 WINDOW = 7  # largest number of states one period apart that a leap starts from
 
@@ -166,3 +432,59 @@ class FollowedCycles:
 def signatures(records: list[CycleRecord]) -> list[int]:
     """What identifies the contact states of cycles."""
     return [record.signature for record in records]
+
+
+def drift_goes_on(
+    cycles: FollowedCycles, p: int, left: FloatArray, none: FloatArray, error: float
+) -> tuple[bool, bool]:
+    """Whether the rigid slip of a node goes on, and whether all that changes does so and is a rigid slip.
+
+    Of a node: by a share of its own slip that counts, as a slow change of others, in which no rigid slip is,
+    may hide it. Of all: by more than the error, no less than before. Either is expected to stay for the most
+    part.
+
+    Parameters
+    ----------
+    cycles, p
+        What was followed; the period is the last p cycles.
+    left : (r,)
+        Of the drift, where the change falls to nothing [length].
+    none : (n,)
+        Slip of each node that counts as none [length].
+    error
+        Of the slips in a cycle [length].
+    """
+    layout, measure, now = cycles.layout, cycles.measure, cycles.last(p)
+    before = cycles.states[-1 - p].u - cycles.states[-1 - 2 * p].u
+    known = p * error + STATE_ROUND_OFF * float(np.abs(now.state).max())
+    last = float(np.abs(now.change).max())
+    same = np.abs(now.change - before).max() <= SIX_DIGITS * last + known
+    stays = 2.0 * np.linalg.norm(left) >= np.linalg.norm(now.drift)
+    of_all = bool(stays and last > known and same and measure.is_rigid(now.change))
+    kappa, rigid, ways = free_stiffness(cycles.motion.problem), measure.rigid, layout.ways
+    drift = rigid @ now.drift
+    size = ways(drift)
+    counts = size > np.maximum(np.maximum(SIX_DIGITS * now.slip, none), known)
+    same_of_nodes = ways(drift - rigid @ (rigid.T @ before)) <= SIX_DIGITS * size + known
+    free = ways(kappa @ now.change) <= THREE_DIGITS * ways(np.abs(kappa) @ np.abs(now.change))
+    stay = 2.0 * ways(rigid @ left) >= size
+    return bool((counts & stay & same_of_nodes & free).any()), of_all
+
+
+def is_held(layout: Layout, rigid: FloatArray, slip: FloatArray, none: FloatArray) -> bool:
+    """Whether the nodes that stick, or all but stick, leave no room for a rigid slip.
+
+    Parameters
+    ----------
+    layout
+        Of the state.
+    rigid : (N, r)
+        Orthonormal rigid slips, at least one.
+    slip, none : (n,)
+        How far each node slips in a period, and what counts as none [length].
+    """
+    least = SIX_DIGITS * float(slip.max())
+    stuck = np.flatnonzero(slip <= np.minimum(least, none))
+    room = np.linalg.svd(rigid[layout.slips_of(stuck)], compute_uv=False)
+    held = len(room) == rigid.shape[1] and room[-1] > NEGLIGIBLE
+    return bool(held and slip[stuck].max() <= least * room[-1])

@@ -43,11 +43,15 @@ from shakedown.long_term.passage import (
     proof_from_start,
 )
 from shakedown.long_term.plane.search import Answers
-from shakedown.long_term.space.decay import Period
-from shakedown.long_term.space.drift import drift_goes_on, is_held
 from shakedown.long_term.space.extrapolation import STUCK, Leaps
-from shakedown.long_term.space.followed_cycles import FollowedCycles, SearchRules
-from shakedown.long_term.space.measure import STATE_ROUND_OFF
+from shakedown.long_term.space.followed_cycles import (
+    STATE_ROUND_OFF,
+    FollowedCycles,
+    Period,
+    SearchRules,
+    drift_goes_on,
+    is_held,
+)
 from shakedown.long_term.state import (
     VARIES_LITTLE,
     LongTermState,

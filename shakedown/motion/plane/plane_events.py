@@ -22,8 +22,7 @@ from shakedown.motion.plane.moving_state import (
     motion_at_rest,
     resume,
 )
-from shakedown.motion.steady_slide import ViscousJoint
-from shakedown.motion.viscous_jump import ViscousMotion
+from shakedown.motion.viscous_jump import ViscousJoint, ViscousMotion
 
 ROUNDING = 16 * np.finfo(float).eps  # relative to the largest force: residual of settled equations
 

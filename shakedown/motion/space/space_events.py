@@ -42,8 +42,7 @@ from shakedown.motion.space.space_run import (
     run_in_space,
 )
 from shakedown.motion.space.speeds import MOST_EXCHANGES, arrange_afresh
-from shakedown.motion.steady_slide import ViscousJoint
-from shakedown.motion.viscous_jump import Relaxation, StepEnd
+from shakedown.motion.viscous_jump import Relaxation, StepEnd, ViscousJoint
 
 LABOUR = 1_000_000  # operations after which the steps of integration are counted
 MOST_TAKEN = 1_000  # largest number of these in an implicit step; beyond that it is solved as a whole

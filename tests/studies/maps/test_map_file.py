@@ -62,7 +62,7 @@ def test_pieces_that_stay_beside_a_whole_map_go(tmp_path):
 
 @pytest.fixture
 def small_pieces(monkeypatch):
-    monkeypatch.setattr("shakedown.studies.mapping.MapPieces.size", 16)
+    monkeypatch.setattr("shakedown.studies.basin_map.MapPieces.size", 16)
 
 
 class Stopped(Exception):
