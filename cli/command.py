@@ -15,8 +15,7 @@ import click
 
 from shakedown import Problem
 from shakedown.ground.shown_values import visible
-from shakedown.report.facts import WIDTH, Sheet, sheet_as_text
-from shakedown.report.json_documents import as_text
+from shakedown.report.facts import WIDTH, Sheet, as_text, sheet_as_text
 
 QUIET = "shakedown.quiet"  # key of the command's context
 

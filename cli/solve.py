@@ -12,8 +12,12 @@ from shakedown import Problem
 from shakedown.assessment.every_limit import open_ends
 from shakedown.ground.shown_values import down, plain
 from shakedown.ground.work_limit import on_one_thread
-from shakedown.report.json_documents import assessment_document, averaged_document
-from shakedown.report.limit_facts import nothing_is_known, solve_sheet
+from shakedown.report.limit_facts import (
+    assessment_document,
+    averaged_document,
+    nothing_is_known,
+    solve_sheet,
+)
 from shakedown.report.study_facts import critical_sheet
 
 from . import options

@@ -18,8 +18,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips, zero_modes
 from shakedown.joint.units import doubtful_data, loads_in_words, units_of
 from shakedown.motion.checked_law import path_resolution, scales
-from shakedown.report.facts import Fact, Section, Sheet, Table, number
-from shakedown.report.notes import FLOATING, LOAD_DOMAIN, TOO_LONG
+from shakedown.report.facts import Fact, Section, Sheet, Table, notes, number
 
 if TYPE_CHECKING:
     from shakedown.ground.constants import FloatArray
@@ -220,13 +219,13 @@ def relative_to(problem: Problem, pinned: tuple[int, ...]) -> list[Fact]:
     """What slips are relative to where friction alone holds a body; nothing for a joint that is held."""
     d = problem.directions
     named = [f"{'' if d == 1 else f'{AXES[k % d]} of '}{node_in_words(problem, k // d)}" for k in pinned]
-    return [Fact("slips relative to", ", ".join(named), note=FLOATING)] if named else []
+    return [Fact("slips relative to", ", ".join(named), note=notes.floating)] if named else []
 
 
 def load_path(problem: Problem) -> Fact:
     """For which path of the loads the limits hold."""
     if problem.is_domain:
-        return Fact("load path", "any in the domain", note=LOAD_DOMAIN)
+        return Fact("load path", "any in the domain", note=notes.load_domain)
     steps = f"these {count(problem.m, 'load step')}"
     return Fact("load path", steps, note="joined by straight lines, repeated")
 
@@ -278,7 +277,7 @@ def configuration(problem: Problem) -> tuple[str, str]:
     found = source.get("configuration", "")
     if not isinstance(found, dict):
         return "", str(found)
-    return str(found.get("name", "")), str(found.get("text", TOO_LONG))
+    return str(found.get("name", "")), str(found.get("text", notes.too_long))
 
 
 def import_sheet(made: Import, *, written: str | None = None) -> Sheet:

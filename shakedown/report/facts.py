@@ -1,15 +1,19 @@
-"""Facts: a label, a value, its unit and a note; how lists of them and tables are shown in the terminal."""
+"""Facts: a label, a value, its unit and a note; how lists of them, tables and documents become text."""
 
 from __future__ import annotations
 
+import json
 import re
 import textwrap
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from importlib.resources import files
 from itertools import combinations, zip_longest
 from math import isfinite, isinf, isnan
-from typing import TYPE_CHECKING, Literal
+from tomllib import loads
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -22,6 +26,9 @@ if TYPE_CHECKING:
 
 Rounding = Literal["down", "up", "nearest"]
 ROUNDED = {"down": down, "up": up, "nearest": few}
+_TEXTS = files("shakedown.report").joinpath("templates/notes.toml").read_text("utf-8")
+notes = SimpleNamespace(**loads(_TEXTS))
+"""What text and pages say in sentences: a fixed list."""
 NEGATIVE = "−"  # as long as a plus sign
 
 
@@ -309,3 +316,14 @@ def _row(cells: Sequence[str], columns: Sequence[int], widths: Sequence[int], wo
         )
         lines.append(("  " + "  ".join(placed)).rstrip())
     return "\n".join(lines)
+
+
+def as_text(document: dict[str, Any]) -> str:
+    """A JSON document as written to files and stdout, without control characters."""
+    text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
+    return visible(text, keep="\n", escape=_json_escape)
+
+
+def _json_escape(character: str) -> str:
+    code = ord(character)
+    return f"\\u{code:04x}" if code < 0x10000 else json.dumps(character)[1:-1]

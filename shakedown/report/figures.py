@@ -32,8 +32,8 @@ from shakedown.plot.patch_places import (
 )
 from shakedown.plot.paths import extreme_rows, work_of_nodes
 from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, Styles
-from shakedown.report import notes
 from shakedown.report.data_facts import open_in_words, resolution
+from shakedown.report.facts import notes
 from shakedown.report.run_facts import limits_on_page
 
 MOVING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
@@ -69,7 +69,7 @@ def run_pictures(v: Verification) -> list[Picture]:
         else:
             resting.append(title)
     still = f"Not drawn, as nothing slips or no cycle ends: {', '.join(resting)}." * bool(resting)
-    said = f"{notes.SLIP_PER_CYCLE * bool(drawings)} {still}".strip()
+    said = f"{notes.slip_per_cycle * bool(drawings)} {still}".strip()
     pictures = [picture(said, *drawings, alike=len(drawings), one_legend=True)]
     if not in_space(v.problem) and v.problem.n == 2:
         planes = []
@@ -77,7 +77,7 @@ def run_pictures(v: Verification) -> list[Picture]:
             recorded = {name: run for name, run in runs.items() if run.history is not None}
             draw = partial(plot.slip_space, v.problem, load_factor, recorded, styles=styles)
             planes.append(Drawing(draw, title))
-        pictures.append(picture(notes.SLIP_SPACE, *planes, alike=len(planes), one_legend=True))
+        pictures.append(picture(notes.slip_space, *planes, alike=len(planes), one_legend=True))
     return pictures
 
 
@@ -100,12 +100,12 @@ def limit_pictures(v: Verification) -> list[Picture]:
     known = [each for each in found if each.ranked().size]
     pictures = []
     if known:
-        caption = notes.CHANGES + f" {notes.KINKS}" * any(not each.smooth for each in known)
+        caption = notes.changes + f" {notes.kinks}" * any(not each.smooth for each in known)
         panels = [Drawing(partial(plot.sensitivity, each, v.problem), each.symbol) for each in known]
         pictures.append(picture(caption, *panels, one_legend=True))
     if v.slip_limit is not None:
         draw = partial(plot.slip_over_load, v.slip_limit, v.problem)
-        pictures.append(picture(notes.SLIP_OVER_LOAD, Drawing(draw)))
+        pictures.append(picture(notes.slip_over_load, Drawing(draw)))
     return pictures
 
 
@@ -168,10 +168,10 @@ def contact_to_turn(v: Verification) -> dict[str, str] | None:
 def no_pictures(v: Verification) -> str:
     """Why some pictures are missing; empty where none are."""
     if v.as_given.simulation.long_term is None:
-        return notes.STEPPED
-    said = notes.NO_LOOPS if as_given_state(v) is not None else notes.NO_STATE
+        return notes.stepped
+    said = notes.no_loops if as_given_state(v) is not None else notes.no_state
     unplaced = in_space(v.problem) and model_places(v.problem) is None
-    return f"{said * (cycling_state(v) is None)} {notes.NO_VIEW * unplaced}".strip()
+    return f"{said * (cycling_state(v) is None)} {notes.no_view * unplaced}".strip()
 
 
 def _loops(pictured: Pictured, problem: Problem) -> Picture:
@@ -264,7 +264,7 @@ def problem_pictures(problem: Problem) -> list[Picture]:
     elif not space:
         drawings.append(Drawing(partial(plot.loads_along, problem)))
     drawings.append(Drawing(partial(plot.loads_in_time, problem)))
-    return [picture(f"{notes.LOADS}{_left_out(problem)}", *drawings)]
+    return [picture(f"{notes.loads}{_left_out(problem)}", *drawings)]
 
 
 def _panels(problem: Problem, *draws: Callable[..., object]) -> list[Drawing]:

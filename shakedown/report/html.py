@@ -15,10 +15,9 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import SUBSCRIPT, count, shortened, visible
 from shakedown.ground.work_limit import on_one_thread
-from shakedown.report import figures, notes
+from shakedown.report import figures
 from shakedown.report.data_facts import configuration, joint_facts, source_facts
-from shakedown.report.facts import TOGETHER, Section
-from shakedown.report.json_documents import as_text
+from shakedown.report.facts import TOGETHER, Section, as_text, notes
 from shakedown.report.limit_facts import limit_sections
 from shakedown.report.run_facts import (
     banner_class,
@@ -119,11 +118,11 @@ def _sections(v: Verification) -> Iterator[Section]:
     yield replace(runs_section(v), title=f"Table of {count(len(v.runs), 'run')}", folded=True)
     worst = [worst_table(problem, v.nodes)] if v.nodes.period else []
     said = [each for each in [figures.no_pictures(v)] if each]
-    said += [notes.SUMMED, notes.MESH_AT_EDGES, notes.ALL_NODES] if worst else []
+    said += [notes.summed, notes.mesh_at_edges, notes.all_nodes] if worst else []
     yield Section(STATE, (), worst, said, figures.state_pictures(v))
     yield Section("Joint", joint_facts(problem), pictures=figures.problem_pictures(problem))
     yield replace(slips, title=f"Safe slip of {count(problem.n, 'node')}", folded=True)
-    yield Section("Provenance", [*source_facts(problem), *provenance(v)], (), [notes.ASSUMED, notes.NOT_SAID])
+    yield Section("Provenance", [*source_facts(problem), *provenance(v)], (), [notes.assumed, notes.not_said])
 
 
 def environment() -> Environment:

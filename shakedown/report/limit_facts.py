@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import inf, isinf, isnan, nan
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,13 +17,14 @@ from shakedown.ground.shown_values import (
     count,
     down,
     few,
+    plain,
     sized,
     with_unit,
 )
 from shakedown.ground.status import Said, Status
 from shakedown.joint.constraints import SIDE_NAMES, loading
 from shakedown.joint.units import loads_in_words, units_of
-from shakedown.report import facts, notes
+from shakedown.report import facts
 from shakedown.report.data_facts import (
     LONGEST_ENTRY,
     by_direction,
@@ -35,7 +36,7 @@ from shakedown.report.data_facts import (
     ranges,
     relative_to,
 )
-from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, number
+from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, notes, number
 
 if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
@@ -93,7 +94,7 @@ def solve_sheet(
 def averaged_section(found: Assessment, radius: float, digits: int = FEW_DIGITS) -> Section:
     """The claims about a joint whose slips and reactions are averaged over a radius."""
     title = f"Averaged over {sized(radius, units_of(found.problem).length)}: {count(found.problem.n, 'knot')}"
-    return Section(title, (), [claims_table(found.problem, claims(found), digits)], [notes.NO_PROOF])
+    return Section(title, (), [claims_table(found.problem, claims(found), digits)], [notes.no_proof])
 
 
 def claims(found: Assessment) -> list[Fact]:
@@ -216,7 +217,7 @@ def decided_by(found: Assessment) -> Iterator[Fact]:
     limits, problem = found.details, found.problem
     upper, slip = limits.upper, limits.first_slip
     if not (loading(problem).q1.any() or loading(problem).p1.any()):  # the load factor multiplies nothing
-        yield Fact("loading", "constant", note=notes.CONSTANT)
+        yield Fact("loading", "constant", note=notes.constant)
     elif upper.open_nodes:
         yield from _zone(upper, problem)
     elif upper.status != Status.OPTIMAL:
@@ -231,7 +232,7 @@ def decided_by(found: Assessment) -> Iterator[Fact]:
         note = f"{node_in_words(problem, slip.node)}; below it no node slips"
         yield Fact("first slip", slip.load_factor, rounding="down", note=note)
     if found.proved_from_this_state < found.proved_from_every_state and not limits.open_nodes:
-        yield Fact("this state", "not one of all", note=notes.NOT_ONE_OF_ALL)
+        yield Fact("this state", "not one of all", note=notes.not_one_of_all)
     if limits.mesh.warning:
         yield Fact("mesh", limits.mesh.warning)
 
@@ -292,9 +293,9 @@ def limit_sections(found: Assessment, digits: int = FEW_DIGITS, *, simulated: bo
     limits, problem = found.details, found.problem
     about = [load_path(problem), *_reservations(limits), *_through_transient(limits)]
     about += [*relative_to(problem, limits.pinned), *friction_facts(limits)]
-    said = [notes.COMPUTED] + [notes.NO_SIDES] * bool(limits.absent)
+    said = [notes.computed] + [notes.no_sides] * bool(limits.absent)
     if problem.initial_slip is not None and not np.nan_to_num(limits.energy.initial_slip).any():
-        said.append(notes.GIVEN_STATES)
+        said.append(notes.given_states)
     return [
         Section("Limits of the load factor", (), [limits_table(limits, digits, simulated=simulated)]),
         Section("", about, (), said),
@@ -400,10 +401,10 @@ def friction_facts(limits: JointLimits) -> list[Fact]:
     own = 1.0 if found.factor else float(limits.problem.f.max())
     what = "factors on f" if found.factor else "f"
     closed, opened = found.uniqueness_in_contact, found.uniqueness
-    named: list[tuple[str, Threshold | Wedging, str]] = [("unique in contact", closed, notes.NOT_UNIQUE)]
+    named: list[tuple[str, Threshold | Wedging, str]] = [("unique in contact", closed, notes.not_unique)]
     if opened is not None and (opened.low, opened.high) != (closed.low, closed.high):
-        named.append(("unique, nodes open", opened, notes.NOT_UNIQUE))
-    named.append(("no wedging", found.wedging, notes.WEDGING))
+        named.append(("unique, nodes open", opened, notes.not_unique))
+    named.append(("no wedging", found.wedging, notes.wedging))
     known = []
     for name, each, otherwise in named:
         state = "yes" if own < each.low else "no" if own >= each.high else "not decided"
@@ -426,11 +427,11 @@ def safe_slip_section(limits: JointLimits) -> Section:
     columns = node_column(problem)
     columns |= {with_unit(name, unit): [number(x, DIGITS) for x in slip] for name, slip in slips.items()}
     columns["reached at λ_max"] = [_reached(problem, upper, node) or "–" for node in range(problem.n)]
-    said = [notes.DIRECTIONS, notes.REACHED] if problem.directions > 1 else []
-    said += [notes.ZONE_SLIP] * bool(upper.open_nodes)
+    said = [notes.directions, notes.reached] if problem.directions > 1 else []
+    said += [notes.zone_slip] * bool(upper.open_nodes)
     if friction is not None:
         columns["f threshold"] = [number(each, 6) for each in friction.single_node]
-        said.append(notes.F_THRESHOLD)
+        said.append(notes.f_threshold)
     return Section("Safe slip", (), [Table.of(columns)], said)
 
 
@@ -443,3 +444,30 @@ def _reached(problem: Problem, upper: Bound, node: int) -> str:
         return "+".join(SIDE_NAMES[side] for side in reached)
     said = ranges(sorted(reached))
     return said if len(said) <= LONGEST_ENTRY else f"{len(reached)} load steps"
+
+
+def assessment_document(found: Assessment, *, follow: bool = False) -> dict[str, Any]:
+    """What ``shakedown-bounds solve --json`` writes."""
+    limits = found.details
+    limit = present(limits.transient) if follow else None
+    absent = limits.absent | {"friction": limits.friction, "sensitivities": limits.sensitivities["upper"]}
+    missing = {word: each.reason for word, each in absent.items() if isinstance(each, Missing)}
+    return plain(
+        {
+            "problem": found.problem,
+            "pinned": limits.pinned,
+            "assessment": found,
+            **limits.to_dict(),
+            "mesh": limits.mesh,
+            "friction": limits.friction,
+            "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
+            **({"followed": None if limit is None else limit.followed} if follow else {}),
+            **({"missing": missing} if missing else {}),
+        }
+    )
+
+
+def averaged_document(found: Assessment, radius: float) -> dict[str, Any]:
+    """What is known of slips and reactions averaged over a radius."""
+    about = {"radius": radius, "nodes": found.problem.n} | found.to_dict()
+    return {"averaged": plain(about)}

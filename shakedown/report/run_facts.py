@@ -16,7 +16,6 @@ from shakedown.ground.constants import FloatArray
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, count, few, shortened, sized, with_unit
 from shakedown.ground.status import Outcome, Said
 from shakedown.joint.units import is_pulled_everywhere, loads_in_words, units_of
-from shakedown.report import notes
 from shakedown.report.data_facts import (
     by_direction,
     headline,
@@ -28,7 +27,7 @@ from shakedown.report.data_facts import (
     without_round_off,
     worst_first,
 )
-from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, limits_as_text, number
+from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, limits_as_text, notes, number
 from shakedown.report.limit_facts import (
     SAME,
     certain,
@@ -79,9 +78,9 @@ def run_sheet(problem: Problem, run: Simulation, initial: str) -> Sheet:
     slips = without_round_off(run.slip_per_cycle, none_of_slip)
     table = _slips(problem, {"initial": run.initial_slip, "final": run.final_slip}, slips)
     safe = initial == "safe" and not run.open_nodes
-    said = [notes.ONE_PATH] * problem.is_domain
-    said += [notes.TRANSIENT_MOVES] * (safe and moved_by_transient(problem, run.load_factor))
-    said += [notes.DIRECTIONS] * (problem.directions > 1) + [notes.SUMMED]
+    said = [notes.one_path] * problem.is_domain
+    said += [notes.transient_moves] * (safe and moved_by_transient(problem, run.load_factor))
+    said += [notes.directions] * (problem.directions > 1) + [notes.summed]
     return Sheet(
         headline(problem), [said_of_run(problem, run)], None, facts, [Section("", (), [table], said)]
     )
@@ -103,7 +102,7 @@ def said_of_run(problem: Problem, run: Simulation, proved: str = "") -> str:
     if run.separated:
         return separated(problem)
     if run.slides_away:
-        return f"{here} {notes.SLIDES_AWAY[0].lower()}{notes.SLIDES_AWAY[1:]}"
+        return f"{here} {notes.slides_away[0].lower()}{notes.slides_away[1:]}"
     if run.outcome == Outcome.UNDECIDED:
         return f"{here} it is undecided what the joint does."
     opened = f" with {open_in_words(run.open_nodes, problem)} open" if run.open_nodes else ""
@@ -115,14 +114,14 @@ def said_of_run(problem: Problem, run: Simulation, proved: str = "") -> str:
 
 def separated(problem: Problem) -> str:
     """That the bodies separate; asks for the sign of the load unless the doubts about the data do."""
-    return notes.APART if is_pulled_everywhere(problem) else f"{notes.APART} {notes.SIGN}"
+    return notes.apart if is_pulled_everywhere(problem) else f"{notes.apart} {notes.sign}"
 
 
 def _outcome(problem: Problem, found: Simulation | NodeResults, initial: str) -> list[Fact]:
     """The loads, the outcome with its reason, and the initial state."""
     loads = "" if found.load_factor == 1 else loads_in_words(problem, found.load_factor)
     steady = found.outcome == Outcome.SEPARATION and found.period
-    why = f"{found.reason}. {notes.SEPARATION}" if steady else found.reason
+    why = f"{found.reason}. {notes.separation}" if steady else found.reason
     facts = [Fact("loads", loads)] if loads else []
     return [*facts, Fact("outcome", str(found.outcome), note=why), Fact("initial state", shortened(initial))]
 
@@ -197,16 +196,16 @@ def _slips(problem: Problem, slips: dict[str, FloatArray], per_cycle: list[float
 def nodes_sheet(problem: Problem, found: NodeResults, initial: str) -> Sheet:
     """What the nodes that move farthest go through in a period of the long-term state."""
     separate = set(found.status) == {"open"}
-    does = notes.APART if separate else f"The joint {DOES[found.outcome]} at λ = {found.load_factor:.10g}."
+    does = notes.apart if separate else f"The joint {DOES[found.outcome]} at λ = {found.load_factor:.10g}."
     facts = _outcome(problem, found, initial)
     if not found.period:
-        return Sheet(headline(problem), [does], None, facts, [Section("", (), (), [notes.NO_PERIOD])])
+        return Sheet(headline(problem), [does], None, facts, [Section("", (), (), [notes.no_period])])
     facts += node_facts(problem, found)
     known, which = worst_table(problem, found), "All nodes"
     if problem.n > WORST:
         which = f"The {WORST} nodes with the largest {'slip range' if found.slip_range.any() else 'pressure'}"
-    said = [notes.SUMMED, notes.FORCES] + [notes.MIXED] * ("mixed" in found.status)
-    said += [notes.ONE_PATH] * problem.is_domain
+    said = [notes.summed, notes.forces] + [notes.mixed] * ("mixed" in found.status)
+    said += [notes.one_path] * problem.is_domain
     return Sheet(headline(problem), [does], None, facts, [Section(which, (), [known], said)])
 
 
@@ -399,11 +398,11 @@ def runs_section(v: Verification) -> Section:
         with_unit("Σ|Δv|", unit): [number(slip) for slip in slips],
         "residual": ["–" if np.isnan(each.residual) else f"{each.residual:.0e}" for each in found],
     }
-    said = [notes.JUDGED, notes.SUMMED, notes.RESIDUAL]
-    said += [notes.AFTER] * any(run.after_transient for run in v.runs)
-    said += [notes.IN_ZONE] * any(bool(run.open_nodes) for run in v.runs)
-    said += [notes.SEPARATION] * any(each.outcome == Outcome.SEPARATION for each in found)
-    said += [notes.ONE_PATH] * v.problem.is_domain
+    said = [notes.judged, notes.summed, notes.residual]
+    said += [notes.after] * any(run.after_transient for run in v.runs)
+    said += [notes.in_zone] * any(bool(run.open_nodes) for run in v.runs)
+    said += [notes.separation] * any(each.outcome == Outcome.SEPARATION for each in found)
+    said += [notes.one_path] * v.problem.is_domain
     return Section("Runs", (), [Table.of(columns, ("initial state", "predicted", "simulated"), keys=2)], said)
 
 

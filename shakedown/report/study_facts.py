@@ -17,9 +17,8 @@ from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.joint.units import units_of
-from shakedown.report import notes
 from shakedown.report.data_facts import headline, node_column, open_in_words, resolution, without_round_off
-from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, number
+from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, notes, number
 from shakedown.report.run_facts import DOES
 
 if TYPE_CHECKING:
@@ -68,7 +67,7 @@ def critical_facts(critical: CriticalLoadFactors, lower: Bound) -> tuple[list[Fa
     counted = f"{critical.regular:,} with a critical load factor, {critical.degenerate:,} degenerate"
     facts, smallest = [Fact("subsets", f"{critical.total:,}", note=counted)], critical.smallest_positive
     if not critical.regular:
-        return facts, [notes.DEGENERATE] if rigid_slips(lower.problem).pinned else []
+        return facts, [notes.degenerate] if rigid_slips(lower.problem).pinned else []
     if not smallest.rows:
         return [*facts, Fact("smallest positive", "none")], []
     facts.append(Fact("smallest positive", smallest.load_factor, rounding="down"))
@@ -76,8 +75,8 @@ def critical_facts(critical: CriticalLoadFactors, lower: Bound) -> tuple[list[Fa
         feasible = critical.smallest_feasible.load_factor
         same = "= λ_1" * bool(np.isfinite(feasible))
         facts.append(Fact("smallest feasible", feasible, rounding="down", note=same))
-        return facts, [notes.INFEASIBLE_CORNER]
-    return facts, [notes.COLLAPSED_AT_MEAN] if lower.load_factor == 0 else []
+        return facts, [notes.infeasible_corner]
+    return facts, [notes.collapsed_at_mean] if lower.load_factor == 0 else []
 
 
 SAMPLED = {  # after the number of states
@@ -100,12 +99,12 @@ def map_sheet(problem: Problem, found: InitialStateMap | InitialStateMaps) -> Sh
     """All that is known of one load factor; of several the outcomes and shares, a row for each."""
     from shakedown.studies.basin_map import InitialStateMaps  # loads the solvers
 
-    path = [notes.ONE_PATH] * problem.is_domain
+    path = [notes.one_path] * problem.is_domain
     if isinstance(found, InitialStateMaps):
         return Sheet(headline(problem), sections=_over_load_factors(found, path))
-    said = [notes.GRID] * (found.sampling.sampler == "grid") + [notes.SHARE]
-    said += [notes.UNTRIED] * bool(found.same_outcome)
-    said += [notes.SPREAD] if found.limit_cycles else []
+    said = [notes.grid] * (found.sampling.sampler == "grid") + [notes.share]
+    said += [notes.untried] * bool(found.same_outcome)
+    said += [notes.spread] if found.limit_cycles else []
     sections = [_limit_cycles(found), Section(notes=[*path, *said])]
     return Sheet(headline(problem), [share(found)], None, map_facts(found), sections)
 
@@ -232,7 +231,7 @@ def _over_load_factors(found: InitialStateMaps, path: list[str]) -> list[Section
     table = Table.of(load_factors | shares, ())
     return [
         Section(tables=[Table.of(load_factors | named, list(named))]),
-        Section("", facts, [table], [notes.SHARE, *path]),
+        Section("", facts, [table], [notes.share, *path]),
     ]
 
 
@@ -278,8 +277,8 @@ def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> She
     for point in missing[:1]:
         where = f"at {len(missing)} of {len(found.points)} points"
         facts.append(Fact("no joint", where, note=point["reason"]))
-    said = [notes.AT_VALUES] * (len(found.points) > 1) + [notes.LOAD_DOMAIN] * problem.is_domain
-    said += [notes.OF_ZONES] * bool(found.in_zone.any())
+    said = [notes.at_values] * (len(found.points) > 1) + [notes.load_domain] * problem.is_domain
+    said += [notes.of_zones] * bool(found.in_zone.any())
     limits = {here: [REGIONS[str(name)] for name in regions.ravel()]}
     for heading, (_, sizes, way) in _limits(found).items():
         limits[heading] = [number(size, SHOWN, way) for size in sizes.ravel()]
@@ -360,15 +359,15 @@ def damping_sheet(problem: Problem, curve: DampingCurve) -> Sheet:
         if not np.isnan(limit):
             at = "at any amplitude" if np.isinf(limit) else f"up to {number(limit, SHOWN, 'down')}"
             facts.append(Fact(f"no damping, {how}", at, note="from the initial state"))
-    said = [notes.OTHER_LOADS] * bool(np.isnan(curve.proved_limit))
-    said += [notes.NO_DISPLACEMENT] * bool(np.isnan(curve.displacement).all())
+    said = [notes.other_loads] * bool(np.isnan(curve.proved_limit))
+    said += [notes.no_displacement] * bool(np.isnan(curve.displacement).all())
     if curve.from_zero is not None:
         where = _numbers(curve.amplitude[curve.differs])
         if where:
             ends = "ends elsewhere from the initial state"
             facts.append(Fact("the start decides", f"at {', '.join(where)}", note=ends))
         else:
-            said.append(notes.SAME_FROM_START)
+            said.append(notes.same_from_start)
     return Sheet(headline(problem), (), None, facts, [Section("", (), [_curve(problem, curve)], said)])
 
 
@@ -441,7 +440,7 @@ def refinement_sheet(problem: Problem, found: Refinement) -> Sheet:
     if found.radius is not None:
         facts.append(Fact("averaged over", sized(found.radius, units.length)))
     verdicts = set(found.verdict.values())
-    said = [notes.TREND, notes.FALLING] if {"falls", "grows"} & verdicts else [notes.TREND]
-    said += [notes.ZERO_MESHES] * ("zero" in verdicts)
-    said += [notes.FEW_MESHES] * ({"undecided"} <= verdicts <= {"undecided", "zero"})
+    said = [notes.trend, notes.falling] if {"falls", "grows"} & verdicts else [notes.trend]
+    said += [notes.zero_meshes] * ("zero" in verdicts)
+    said += [notes.few_meshes] * ({"undecided"} <= verdicts <= {"undecided", "zero"})
     return Sheet(headline(problem), facts=facts, sections=[Section("", (), [table], said)])

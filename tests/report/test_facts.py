@@ -1,11 +1,13 @@
 """Numbers rounded to the safe side, texts as wide as a terminal, notes that are sentences."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from shakedown.ground.shown_values import down, up
+from shakedown.report import facts
 from shakedown.report.facts import (
     Fact,
     Section,
@@ -13,6 +15,7 @@ from shakedown.report.facts import (
     Table,
     limits_as_text,
     margin,
+    notes,
     sheet_as_text,
     table_as_text,
 )
@@ -85,3 +88,9 @@ def test_a_long_table_shows_its_first_and_last_rows_and_leaves_out_no_single_one
 def test_characters_that_a_terminal_obeys_are_shown():
     text = sheet_as_text(Sheet(["a\x1b[2J"], ["b\u202e"], None, [Fact("c", "d\x07", note="e\x1b")]))
     assert not re.search("[\x00-\x09\x0b-\x1f\u202e]", text)
+
+
+def test_every_note_is_a_sentence_that_some_sheet_has():
+    sources = "".join(path.read_text() for path in Path(facts.__file__).parent.glob("*.py"))
+    assert set(re.findall(r"(?<![\w.])notes\.(\w+)", sources)) == set(vars(notes))
+    assert all(text.endswith((".", "?")) and len(text.split()) <= 50 for text in vars(notes).values())

@@ -13,8 +13,7 @@ from shakedown import Problem
 from shakedown.assessment.verify import Verification
 from shakedown.ground.shown_values import FEW_DIGITS, down, few, up
 from shakedown.joint.units import without_loads
-from shakedown.report import notes
-from shakedown.report.facts import Sheet, sheet_as_text
+from shakedown.report.facts import Sheet, notes, sheet_as_text
 from shakedown.report.html import render, write_report
 from shakedown.report.limit_facts import solve_sheet
 from shakedown.report.run_facts import answer, state_facts, verify_sheet
@@ -174,7 +173,7 @@ def test_the_answer_is_the_outcome(name):
 def test_a_body_that_slides_away_does_not_hold():
     free = Problem(A=[[0.0]], B=[[0.0]], C=[[1.0]], f=0.5, q_w=[[0.9], [-0.1]], p_w=[[1.0], [1.0]])
     v = verified(free)
-    assert answer(v) == f"At the nominal load (λ = 1) t{notes.SLIDES_AWAY[1:]}"
+    assert answer(v) == f"At the nominal load (λ = 1) t{notes.slides_away[1:]}"
     assert fact(verify_sheet(v), "results per node").startswith("none")
 
 
@@ -182,7 +181,7 @@ def test_a_body_that_slides_away_does_not_hold():
 def test_of_a_load_domain_what_is_simulated_is_said_to_be_one_path():
     v = verified(replace(shakedown.example("two-node"), load_path="domain"))
     page = Page(render(v)).text
-    for told in (notes.LOAD_DOMAIN, notes.ONE_PATH):
+    for told in (notes.load_domain, notes.one_path):
         assert page.count(told) == 1
 
 
@@ -190,5 +189,5 @@ def test_a_state_that_is_none_of_those_that_every_state_means_says_why():
     joint = shakedown.example("two-node")
     inside, outside = (shakedown.assess(joint, slip) for slip in ([0.5, 0.0], [0.0, -1.5]))
     assert outside.proved_from_this_state < outside.proved_from_every_state
-    assert fact(solve_sheet(outside), "this state") == f"not one of all {notes.NOT_ONE_OF_ALL}"
+    assert fact(solve_sheet(outside), "this state") == f"not one of all {notes.not_one_of_all}"
     assert fact(solve_sheet(inside), "this state") == ""
