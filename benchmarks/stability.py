@@ -26,7 +26,7 @@ from shakedown import Problem
 from shakedown.ground.constants import FloatArray
 from shakedown.joint.constraints import ramp_start
 from shakedown.motion.checked_law import law_violation, reactions, scales
-from shakedown.motion.course import DONE, EFFORT, LOAD_STEP, PAUSED, RECORD_FULL, course
+from shakedown.motion.course import EFFORT, End, EventKind, course
 from shakedown.motion.evolution import Evolution, evolve
 from shakedown.motion.fixed_steps import MOST_SWEEPS, contact_nodes, load_steps, places_by_node
 from shakedown.motion.plane import event_loop
@@ -160,7 +160,7 @@ def _event(hard: Scene) -> Path:
     slip = _contact_slip(history.v, history.w, hard.start)
     violation = _law(hard, q, p, history.w, slip)
     said = "" if run.stop is None else run.stop.reason
-    steps = history.rows(history.kind == LOAD_STEP)
+    steps = history.rows(history.kind == EventKind.LOAD_STEP)
     return Path(steps.v[1:], float(violation.max()), 0.0, _event_seconds(hard), said)
 
 
@@ -178,12 +178,12 @@ def _event_seconds(hard: Scene) -> float:
         factorize(evolution.method.active)
         begin(evolution.method.motion)
         status = event_loop.follow_straight(run, 1, EFFORT)
-        while status in (PAUSED, RECORD_FULL):
+        while status in (End.PAUSED, End.RECORD_FULL):
             status = event_loop.follow_straight(run, 1, EFFORT)
         return status
 
     seconds, status = median_time(follow, least=0.01, runs=1 if _long(hard) else 3)
-    return seconds if status == DONE else float("nan")
+    return seconds if status == End.DONE else float("nan")
 
 
 def _event_long(hard: Scene) -> Path:

@@ -31,7 +31,7 @@ from shakedown.joint.contact_zone import Part, coupled_parts, of_nodes, of_slips
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, empty_answers
-from shakedown.long_term.plane.phase_loop import BLURRED, CYCLIC_SLIP, SHAKEDOWN, UNDECIDED
+from shakedown.long_term.plane.phase_loop import Verdict
 from shakedown.long_term.plane.search import Answers
 from shakedown.long_term.space.steady_search import CLEAR, SteadySearches
 from shakedown.long_term.state import LongTermState
@@ -411,13 +411,14 @@ class _Batch:
         """
         none = self.tolerances.periodicity * scales(self.problem, self.load_factor).length / CLEAR
         slips = np.nan_to_num(answers.slip_per_cycle).max(axis=1, initial=0.0)
-        cycles = (answers.verdict > SHAKEDOWN) & ((answers.verdict != CYCLIC_SLIP) | (slips < none))
-        spent = (answers.verdict == UNDECIDED) & (answers.cycles_simulated >= self.patience.most_cycles)
+        found, most = answers.verdict, self.patience.most_cycles
+        cycles = (found > Verdict.SHAKEDOWN) & ((found != Verdict.CYCLIC_SLIP) | (slips < none))
+        spent = (found == Verdict.UNDECIDED) & (answers.cycles_simulated >= most)
         for signature in np.unique(answers.signature[cycles]):
             for k in np.flatnonzero(cycles & (answers.signature == signature)).tolist():
                 if not self._differs(starts[k], answers, k):
                     break
-        for k in np.flatnonzero(spent | (answers.verdict == BLURRED)).tolist():
+        for k in np.flatnonzero(spent | (found == Verdict.BLURRED)).tolist():
             self._differs(starts[k], answers, k)
 
     def _alone(self, start: FloatArray) -> LongTermState:

@@ -14,28 +14,12 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.plane.period_map import limit, period_map
-from shakedown.long_term.plane.phase_loop import (
-    ANEW,
-    BLURRED,
-    BROKEN,
-    FROM_HERE,
-    JUMP,
-    LEAVES,
-    LEFT,
-    LIMIT_WANTED,
-    RATES,
-    SHAKEDOWN,
-    SINGULAR,
-    STOPPED,
-    UNDECIDED,
-    settle,
-    tell,
-)
+from shakedown.long_term.plane.phase_loop import Instruction, Verdict, settle, tell
 from shakedown.long_term.plane.search import Answers, Settler, path_check, search
 from shakedown.long_term.space.steady_search import overruled_by_proofs
 from shakedown.long_term.state import VARIES_LITTLE, LongTermState
 from shakedown.motion.checked_law import alone, swing
-from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED
+from shakedown.motion.course import EFFORT, End
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import State
 from shakedown.motion.plane.event_loop import address_of_loop
@@ -104,7 +88,7 @@ class LimitSearch:
         begun, answers = Passage.of(motion, open_nodes), empty_answers(1, layout)
         self.from_here(answers)
         at, verdict = self.compiled, int(answers.verdict[0])
-        known, left, nan = verdict >= SHAKEDOWN, verdict == LEFT, np.full(layout.n, np.nan)
+        known, left, nan = verdict >= Verdict.SHAKEDOWN, verdict == Verdict.LEFT, np.full(layout.n, np.nan)
         cycles = at.done if known else np.nan
         always_open = at.check.always_open == 1 if known else np.full(layout.n, left)
         opened = at.opened == 1 if known else np.full(layout.n, left)
@@ -141,7 +125,7 @@ class LimitSearch:
 
     def from_here(self, answers: Answers) -> None:
         """Answer for the present state of the evolution, at its start."""
-        tell(self.compiled, FROM_HERE, 0.0, 0.0)
+        tell(self.compiled, Instruction.FROM_HERE, 0.0, 0.0)
         if not self.evolution.held:
             self._give_up()
         self._settle(answers.final_slip, answers, lambda: False)
@@ -150,19 +134,19 @@ class LimitSearch:
         self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]
     ) -> tuple[LongTermState, ...]:
         """Enter the answers for initial slips (s, n), one after the other, until ``stopped()`` is true."""
-        tell(self.compiled, ANEW, 0.0, 0.0)
+        tell(self.compiled, Instruction.ANEW, 0.0, 0.0)
         self._settle(starts, answers, stopped)
         return ()
 
     def _settle(self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]) -> None:
-        status, follow = PAUSED, address_of_loop()
-        while status != DONE and not stopped():
+        status, follow = End.PAUSED, address_of_loop()
+        while status != End.DONE and not stopped():
             status = settle(self.compiled, starts, answers, EFFORT, follow)
-            if status == LIMIT_WANTED:
+            if status == End.LIMIT_WANTED:
                 self._give_limit()
-            elif status == SINGULAR:
+            elif status == End.SINGULAR:
                 self._give_up()
-            elif status not in (DONE, PAUSED):
+            elif status not in (End.DONE, End.PAUSED):
                 self._give_way(status)
 
     def _give_limit(self) -> None:
@@ -176,41 +160,41 @@ class LimitSearch:
             decaying = decaying and bool(np.all(of_nodes * np.abs(drift) <= self.compiled.check.near))
             drift = np.zeros_like(drift)
         affine.limit[:k], affine.drift[:k] = change, drift
-        tell(self.compiled, LIMIT_WANTED, float(decaying), contraction)
+        tell(self.compiled, Instruction.LIMIT_FOUND, float(decaying), contraction)
 
     def _give_up(self) -> None:
         """Give up a state whose moving nodes are held by nothing."""
         self.evolution.enter_cycle(self.compiled.cycles)
         self.evolution.say_not_held()
-        tell(self.compiled, STOPPED, 0.0, 0.0)
+        tell(self.compiled, Instruction.STOPPED, 0.0, 0.0)
 
     def _give_way(self, status: int) -> None:
         """Supply rates, or a state to jump to, where the loop found none; else why the motion stops."""
         evolution, at = self.evolution, self.compiled
         if not at.jumped:
             evolution.enter_cycle(at.cycles)
-        if status == NO_RATES and self._events.finds_rates():
-            tell(self.compiled, RATES, 0.0, 0.0)
-        elif status == NO_RATES and evolution.jump():
+        if status == End.NO_RATES and self._events.finds_rates():
+            tell(self.compiled, Instruction.RATES, 0.0, 0.0)
+        elif status == End.NO_RATES and evolution.jump():
             jump = evolution.jumps[-1]
-            tell(self.compiled, JUMP, jump.friction_work, jump.damping_work)
+            tell(self.compiled, Instruction.JUMP, jump.friction_work, jump.damping_work)
         else:
             evolution.say_why(status)
-            tell(self.compiled, LEAVES if evolution.left else STOPPED, 0.0, 0.0)
+            tell(self.compiled, Instruction.LEAVES if evolution.left else Instruction.STOPPED, 0.0, 0.0)
 
 
 def _reason(evolution: Evolution, at: Settler, verdict: int) -> tuple[str, float]:
     """The basis of the verdict in words, and the violation of the friction law, NaN where there is none."""
-    if verdict in (UNDECIDED, LEFT):
+    if verdict in (Verdict.UNDECIDED, Verdict.LEFT):
         stop = evolution.stop
         return stop.reason if stop else f"no periodic state within {count(at.cycles, 'cycle')}", np.nan
     text = f"limit of the cycles, whose contact states repeat every {cycles_in_words(at.period)}"
     if not at.from_limit:
         cycle, before = at.cycles - at.done, at.cycles - at.done - at.period
         text = f"cycle {cycle} repeats cycle {before}" if before else f"the start is back after cycle {cycle}"
-    if verdict == BLURRED:
+    if verdict == Verdict.BLURRED:
         return f"{VARIES_LITTLE} ({text})", np.nan
-    if verdict != BROKEN:
+    if verdict != Verdict.BROKEN:
         return text, np.nan
     if at.done == 0:
         residual = evolution.violation(evolution.state)

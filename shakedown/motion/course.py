@@ -1,5 +1,6 @@
 """A course, the load path that compiled loops follow in the plane and in space, and how such a loop ends."""
 
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -7,13 +8,35 @@ import numpy as np
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.named_state import Hash, Integers, NamedState, Reals, inner
 
-DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED, PAUSED = range(7)  # ends of a loop
-OUT_OF_WORK = 7  # what motions may take is spent (ground.work_limit)
+End = IntEnum(
+    "End",
+    "DONE NO_RATES LIFTS_OFF RECORD_FULL TOO_MANY_EVENTS NOT_SETTLED PAUSED OUT_OF_WORK AT_EVENT "
+    "LIMIT_WANTED SINGULAR",
+    start=0,
+)
+"""How a compiled loop ends; OUT_OF_WORK: what motions may take is spent (ground.work_limit)."""
 EFFORT = 200_000_000  # multiplications and additions after which a loop returns, about a fifth of a second
 ENUMERABLE = 10  # nodes up to which all combinations of two states are tried
 RECORD_ROWS = 256  # rows of a path after which a loop returns so that they are read
 HASH_PRIME = np.uint64(1099511628211)
-LOAD_STEP, REACHES_BACKWARD_LIMIT, REACHES_FORWARD_LIMIT, OPENS, CLOSES, JUMPS = range(6)  # kinds of event
+
+
+class EventKind(IntEnum):
+    """What happens: a load step begins, a node reaches a limit, opens or closes, the state jumps.
+
+    With two tangential directions a node reaches its one limit, and stops there; between events the path
+    goes on in curves.
+    """
+
+    LOAD_STEP = 0
+    REACHES_BACKWARD_LIMIT = 1
+    REACHES_FORWARD_LIMIT = 2
+    OPENS = 3
+    CLOSES = 4
+    JUMPS = 5
+    REACHES_LIMIT = 6
+    STOPS = 7
+    CURVES = 8
 
 
 @inner

@@ -7,7 +7,6 @@ The friction law at every instant of a recorded path.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import IntEnum
 from functools import cached_property
 from typing import Self
 
@@ -22,33 +21,8 @@ from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.checked_law import law_violation, reactions, scales
-from shakedown.motion.course import (
-    CLOSES,
-    JUMPS,
-    LOAD_STEP,
-    OPENS,
-    REACHES_BACKWARD_LIMIT,
-    REACHES_FORWARD_LIMIT,
-)
-from shakedown.motion.space.space_run import CURVES, DEGREE, REACHES_LIMIT, STOPS
-
-
-class EventKind(IntEnum):
-    """What happens: a load step begins, a node reaches a limit, opens or closes, the state jumps.
-
-    With two tangential directions a node reaches its one limit, and stops there; between events the path
-    goes on in curves.
-    """
-
-    LOAD_STEP = LOAD_STEP
-    REACHES_BACKWARD_LIMIT = REACHES_BACKWARD_LIMIT
-    REACHES_FORWARD_LIMIT = REACHES_FORWARD_LIMIT
-    OPENS = OPENS
-    CLOSES = CLOSES
-    JUMPS = JUMPS
-    REACHES_LIMIT = REACHES_LIMIT
-    STOPS = STOPS
-    CURVES = CURVES
+from shakedown.motion.course import EventKind
+from shakedown.motion.space.space_run import DEGREE
 
 
 @dataclass(frozen=True, eq=False, repr=False)

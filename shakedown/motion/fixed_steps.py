@@ -17,7 +17,8 @@ from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import free_stiffness
 from shakedown.motion.checked_law import Scales, reactions
-from shakedown.motion.event_history import EventHistory, EventKind
+from shakedown.motion.course import EventKind
+from shakedown.motion.event_history import EventHistory
 from shakedown.motion.method import SLIDES_AWAY, Beginning, CycleRecord, Motion, State, Stop
 
 MOST_SWEEPS = 10_000

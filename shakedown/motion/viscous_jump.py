@@ -49,7 +49,7 @@ from shakedown.ground.work_limit import BY_BLAS, count_work, work_is_left
 from shakedown.joint.law import Law
 from shakedown.joint.result import Result
 from shakedown.motion.checked_law import Scales, law_violation, reaction_round_off
-from shakedown.motion.course import DONE, EFFORT, PAUSED, Precision, course
+from shakedown.motion.course import EFFORT, End, Precision, course
 from shakedown.motion.plane.active_set import active_set, factorize, rates, solve
 from shakedown.motion.plane.event_loop import follow_straight
 from shakedown.motion.plane.moving_state import PlaneRun, begin, empty_record, motion_at_rest
@@ -557,10 +557,10 @@ class ViscousMotion(Relaxation):
         if factorize(act) <= 0:
             return None
         begin(mo)
-        status = PAUSED
-        while status == PAUSED:
+        status = End.PAUSED
+        while status == End.PAUSED:
             status = follow_straight(run, 1, EFFORT)
-        if status != DONE or not np.isfinite(mo.u).all():
+        if status != End.DONE or not np.isfinite(mo.u).all():
             return None
         return StepEnd(mo.u.copy(), act.state.copy(), mo.work, mo.slip)
 

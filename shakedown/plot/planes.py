@@ -16,7 +16,8 @@ from shakedown.joint.arguments import check_load_factor, checked, require_plane
 from shakedown.joint.constraints import SIDE_NAMES, Constraints, Side, constraints
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
-from shakedown.motion.event_history import EventHistory, EventKind
+from shakedown.motion.course import EventKind
+from shakedown.motion.event_history import EventHistory
 from shakedown.plot import style
 from shakedown.plot.paths import Recorded, path_of
 from shakedown.plot.style import Style, Styles, axes_for, finished, style_of

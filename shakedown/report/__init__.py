@@ -10,5 +10,5 @@ What you see, and the module that makes it:
 - a run, its nodes, prediction against simulation: ``run_facts``
 - subsets of constraints, initial states, parameters and amplitudes, meshes: ``study_facts``
 - the joint, its loads, its nodes by name, the sources of its data, what an import has read: ``data_facts``
-- the page: ``html`` with ``templates/``; its pictures: ``figures``
+- the page and its pictures: ``html`` with ``templates/``
 """

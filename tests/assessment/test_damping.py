@@ -11,7 +11,7 @@ from shakedown import Outcome, Problem, UsageError, damping
 from shakedown.fem import ElasticBody, Force, Material, Pressure, block_mesh, contact_problem
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.plot import damping_curve, loop
-from shakedown.report.figures import state_pictures
+from shakedown.report.html import state_pictures
 
 TURN = np.pi * np.arange(8) / 4
 

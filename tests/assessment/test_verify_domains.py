@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.report.facts import sheet_as_text
-from shakedown.report.notes import LOAD_DOMAIN, ONE_PATH
+from shakedown.report.facts import notes, sheet_as_text
 from shakedown.report.run_facts import verify_sheet
 from tests.command import document, run
 
@@ -35,7 +34,7 @@ def test_predictions_end_where_every_path_is_proved(report):
 
 def test_it_is_said_for_which_paths_the_limits_hold(report):
     text = " ".join(sheet_as_text(verify_sheet(report, details=True)).split())
-    for note in (LOAD_DOMAIN, ONE_PATH):
+    for note in (notes.load_domain, notes.one_path):
         assert text.count(note) == 1
     assert "all corners passed" in text
     assert "load domain of 50 corners" in text

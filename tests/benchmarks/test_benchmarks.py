@@ -12,7 +12,7 @@ from benchmarks import STUDIES, calculix_peer, siconos_peer, timing
 from benchmarks.problems import random_problem
 from benchmarks.rational_path import one_step_holds, rational_path
 from benchmarks.stability_scenes import coarse, one_node
-from shakedown.motion.event_history import EventKind
+from shakedown.motion.course import EventKind
 from shakedown.motion.evolution import evolve
 
 PEERS = {

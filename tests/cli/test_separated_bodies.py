@@ -5,7 +5,7 @@ import pytest
 from command import run
 
 import shakedown
-from shakedown.report.notes import APART, SIGN
+from shakedown.report.facts import notes
 from shakedown.report.run_facts import separated
 
 A = np.array([[4.0, -1.0, 0.0], [-1.0, 4.0, -1.0], [0.0, -1.0, 4.0]])
@@ -24,7 +24,7 @@ def apart(tmp_path_factory):
 def test_the_sign_or_a_gap_is_asked_for_once_before_the_first_sentence(apart, words):
     code, out, _ = run(words, apart, "--load-factor", "1")
     assert code == 0
-    before, _, after = out.partition(APART)
+    before, _, after = out.partition(notes.apart)
     assert "Is its sign right? Or does an initial gap stay open?" in " ".join(before.split())
     assert "Is the sign" not in after
 
@@ -33,12 +33,12 @@ def test_where_only_some_nodes_are_pulled_the_sentence_asks_itself():
     mixed = shakedown.Problem(
         A=A, B=0.3 * np.eye(3), C=A, f=0.4, q_w=np.ones((1, 3)), p_w=[[-3.0, 1.0, -3.0]]
     )
-    assert separated(mixed) == f"{APART} {SIGN}"
+    assert separated(mixed) == f"{notes.apart} {notes.sign}"
 
 
 def test_verification_asks_once_for_the_sign_and_says_why(apart):
     code, out, _ = run("verify", apart, "--details")
     assert code == 0
-    assert APART in out
+    assert notes.apart in out
     assert " ".join(out.split()).count("Is its sign right?") == 1
     assert "Is the sign" not in out

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.motion.event_history import EventKind
+from shakedown.motion.course import EventKind
 from shakedown.motion.evolution import Evolution
 
 # Scenarios A.6 and A.7 as loops: by hand, one node, k₁₁ = 1, k₂₁ = 1.5, k₂₂ = 4, f = 0.8.

@@ -9,7 +9,7 @@ import shakedown
 from shakedown.joint.constraints import loading
 from shakedown.joint.units import without_loads
 from shakedown.motion.checked_law import law_violation, scales
-from shakedown.motion.event_history import EventKind
+from shakedown.motion.course import EventKind
 from shakedown.motion.evolution import evolve
 
 SEEDS = range(4)

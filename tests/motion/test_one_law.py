@@ -12,7 +12,7 @@ from joints_in_space import random_joint
 import shakedown
 from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.checked_law import law_resolution, scales
-from shakedown.motion.event_history import EventKind
+from shakedown.motion.course import EventKind
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.fixed_steps import FixedSteps
 from shakedown.motion.method import walk

@@ -15,8 +15,7 @@ from shakedown import Problem
 from shakedown.assessment.verify import Verification
 from shakedown.bounds.registry import BOUNDS
 from shakedown.report.data_facts import configuration
-from shakedown.report.figures import run_pictures
-from shakedown.report.html import render
+from shakedown.report.html import render, run_pictures
 from shakedown.report.limit_facts import limits_table
 from shakedown.report.run_facts import banner_class, limits_on_page, verify_sheet
 from tests.altered import with_limits

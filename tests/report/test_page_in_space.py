@@ -9,8 +9,7 @@ import pytest
 import shakedown
 from shakedown.ground.status import OPEN, SLIP
 from shakedown.report.data_facts import source_facts
-from shakedown.report.figures import instants
-from shakedown.report.html import render
+from shakedown.report.html import instants, render
 
 JOINT = shakedown.example("one-node-3d")
 

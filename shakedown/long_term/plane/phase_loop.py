@@ -1,5 +1,7 @@
 """The loop over initial states that carries searches from phase to phase, and enters their answers."""
 
+from enum import IntEnum
+
 import numpy as np
 
 from shakedown.ground.constants import FloatArray
@@ -15,16 +17,16 @@ from shakedown.long_term.plane.period_map import (
     find_limit,
 )
 from shakedown.long_term.plane.search import Settler, begin_check, broken_law, check_rows, end_check
-from shakedown.motion.course import DONE, EFFORT, PAUSED, RECORD_FULL
+from shakedown.motion.course import EFFORT, End
 from shakedown.motion.plane.active_set import add_product, factorize, larger, largest
 from shakedown.motion.plane.moving_state import PlaneRun, begin
 
-START, WALK, MAP, LEAP, CONFIRM, REPEATS, LIMIT, NEXT_LEAP, LEAVE = range(9)  # phases
-# Verdicts; BLURRED: no slip, but beside the loads at rest those that change are next to round-off.
-SEARCHING, UNDECIDED, BROKEN, BLURRED, LEFT, SHAKEDOWN, CYCLIC_SLIP, RATCHETTING, SEPARATION = range(9)
-# Besides the ends of ``follow_straight``, of which PAUSED is the last: reasons to return to Python.
-LIMIT_WANTED, SINGULAR = range(PAUSED + 1, PAUSED + 3)
-ANEW, FROM_HERE, RATES, JUMP, STOPPED, LEAVES = range(6)  # instructions to a search, besides LIMIT_WANTED
+Phase = IntEnum("Phase", "START WALK MAP LEAP CONFIRM REPEATS LIMIT NEXT_LEAP LEAVE", start=0)
+Verdict = IntEnum(
+    "Verdict", "SEARCHING UNDECIDED BROKEN BLURRED LEFT SHAKEDOWN CYCLIC_SLIP RATCHETTING SEPARATION", start=0
+)
+"""BLURRED: no slip, but beside the loads at rest those that change are next to round-off."""
+Instruction = IntEnum("Instruction", "ANEW FROM_HERE RATES JUMP STOPPED LEAVES LIMIT_FOUND", start=0)
 MOST_LEAPS = 60
 
 
@@ -36,18 +38,18 @@ def settle(se, starts, answers, effort, follow):  # type: ignore[no-untyped-def]
     ``follow``, which is given by its address, says where the motion stops. Every call gets one
     cycle further at least.
     """
-    spent, status = 0, DONE
-    while se.row < len(starts) and status == DONE:
-        if se.phase == START:
+    spent, status = 0, End.DONE
+    while se.row < len(starts) and status == End.DONE:
+        if se.phase == Phase.START:
             begin_search(se, starts[se.row])
         status = seek(se, follow, effort - spent)
         spent += se.spent
-        if status == DONE:
+        if status == End.DONE:
             enter_answer(se, answers, se.row)
             se.row += 1
-            se.phase, se.verdict = START, SEARCHING
+            se.phase, se.verdict = Phase.START, Verdict.SEARCHING
             if spent > effort:
-                return PAUSED
+                return End.PAUSED
     return status
 
 
@@ -55,27 +57,27 @@ def settle(se, starts, answers, effort, follow):  # type: ignore[no-untyped-def]
 def seek(se: Settler, follow: int, effort: int) -> int:
     """Go on with the present search until it is DONE; else as :func:`settle`."""
     se.spent = 0
-    while se.verdict == SEARCHING:
+    while se.verdict == Verdict.SEARCHING:
         if not se.placed and not place_state(se):
-            if se.phase == WALK or not se.from_limit:
-                return SINGULAR
-            se.phase = LEAVE
-        if se.phase == WALK and se.cycles >= se.most_cycles:
-            se.verdict = UNDECIDED
-        elif se.phase <= CONFIRM:
+            if se.phase == Phase.WALK or not se.from_limit:
+                return End.SINGULAR
+            se.phase = Phase.LEAVE
+        if se.phase == Phase.WALK and se.cycles >= se.most_cycles:
+            se.verdict = Verdict.UNDECIDED
+        elif se.phase <= Phase.CONFIRM:
             run = run_of_phase(se)
             status: int = call_at(follow, run, 1, EFFORT)
             se.spent += run.active.effort + 100 * run.course.steps
-            if status not in (DONE, PAUSED, RECORD_FULL):
+            if status not in (End.DONE, End.PAUSED, End.RECORD_FULL):
                 return status
             after_call(se, run, status)
-        elif se.phase == LIMIT and not find_limit(se.map):
-            return LIMIT_WANTED
+        elif se.phase == Phase.LIMIT and not find_limit(se.map):
+            return End.LIMIT_WANTED
         else:
             choose_phase(se)
-        if se.spent > effort and se.verdict == SEARCHING:
-            return PAUSED
-    return DONE
+        if se.spent > effort and se.verdict == Verdict.SEARCHING:
+            return End.PAUSED
+    return End.DONE
 
 
 @inner
@@ -84,12 +86,12 @@ def run_of_phase(se: Settler) -> PlaneRun:
     run = se.cyclic
     if se.cycles == 0:
         run = se.first
-    elif se.phase == CONFIRM:
+    elif se.phase == Phase.CONFIRM:
         run = se.recorded
     if not se.resumed:
         begin(run.motion)
         se.jump_friction, se.jump_damping, se.jumped = 0.0, 0.0, 0
-        if se.phase == CONFIRM and se.done == 0:
+        if se.phase == Phase.CONFIRM and se.done == 0:
             begin_confirmation(se)
     return run
 
@@ -97,19 +99,19 @@ def run_of_phase(se: Settler) -> PlaneRun:
 @inner
 def after_call(se: Settler, run: PlaneRun, status: int) -> None:
     """Evaluate a cycle, or the part of it that was done in one call."""
-    if se.phase == CONFIRM:
+    if se.phase == Phase.CONFIRM:
         check_rows(se.check, run.active, run.record, run.course, se.done)
-    se.resumed = status != DONE
+    se.resumed = status != End.DONE
     if se.resumed:
         return
     se.cycles += 1
     se.done += 1
     se.events += run.motion.events
-    if se.phase == WALK:
+    if se.phase == Phase.WALK:
         after_walk(se)
-    elif se.phase == MAP:
+    elif se.phase == Phase.MAP:
         after_map(se)
-    elif se.phase == LEAP:
+    elif se.phase == Phase.LEAP:
         after_leap(se)
     else:
         after_confirmation(se)
@@ -118,11 +120,11 @@ def after_call(se: Settler, run: PlaneRun, status: int) -> None:
 @inner
 def choose_phase(se: Settler) -> None:
     """Go to the next phase, where no cycle has to be followed first."""
-    if se.phase == REPEATS:
+    if se.phase == Phase.REPEATS:
         look_for_repeats(se)
-    elif se.phase == LIMIT:
+    elif se.phase == Phase.LIMIT:
         begin_leaps(se)
-    elif se.phase == NEXT_LEAP:
+    elif se.phase == Phase.NEXT_LEAP:
         next_leap(se)
     else:
         leave_leaps(se)
@@ -135,7 +137,7 @@ def enter_answer(se, answers, row):  # type: ignore[no-untyped-def]
     n = se.first.active.n
     for i in range(n):
         answers.final_slip[row, i] = se.first.motion.u[i]
-    if se.verdict < SHAKEDOWN:
+    if se.verdict < Verdict.SHAKEDOWN:
         return
     answers.period[row], answers.signature[row] = se.done, se.signature
     answers.dissipation[row] = se.friction / se.done + se.damping / se.done
@@ -150,34 +152,34 @@ def tell(se: Settler, word: int, one: float, other: float) -> None:
 
     ANEW, from the first of some initial slips; FROM_HERE, a search from the present state; RATES
     have been found where there were none; a JUMP, of which friction has taken ``one`` and damping
-    ``other``; STOPPED, the motion cannot go on, or it LEAVES; the LIMIT_WANTED, entered into the map,
+    ``other``; STOPPED, the motion cannot go on, or it LEAVES; the LIMIT_FOUND, entered into the map,
     which decays (``one`` > 0) by a factor ``other``.
     """
-    if word == ANEW:
-        se.row, se.phase, se.verdict = 0, START, SEARCHING
-    elif word == FROM_HERE:
+    if word == Instruction.ANEW:
+        se.row, se.phase, se.verdict = 0, Phase.START, Verdict.SEARCHING
+    elif word == Instruction.FROM_HERE:
         se.row = 0
         begin_walk(se)
-    elif word == LIMIT_WANTED:
+    elif word == Instruction.LIMIT_FOUND:
         se.map.decaying, se.map.contraction = one > 0.0, other
         begin_leaps(se)
-    elif word in (RATES, JUMP):
+    elif word in (Instruction.RATES, Instruction.JUMP):
         run = se.cyclic if se.cycles else se.first
-        if se.phase == CONFIRM:
+        if se.phase == Phase.CONFIRM:
             run = se.recorded
-            if word == RATES:
+            if word == Instruction.RATES:
                 run.record.rows -= 1  # recorded again when they are taken
             check_rows(se.check, run.active, run.record, run.course, se.done)
-        if word == JUMP:
+        if word == Instruction.JUMP:
             se.jump_friction += one
             se.jump_damping += other
             se.jumped += 1
             se.jumps += 1
         se.resumed = True
-    elif se.phase == LEAP or (se.phase == CONFIRM and se.from_limit):
-        se.phase, se.resumed = LEAVE, False
+    elif se.phase == Phase.LEAP or (se.phase == Phase.CONFIRM and se.from_limit):
+        se.phase, se.resumed = Phase.LEAVE, False
     else:
-        se.verdict = LEFT if word == LEAVES else UNDECIDED
+        se.verdict = Verdict.LEFT if word == Instruction.LEAVES else Verdict.UNDECIDED
 
 
 # Cycles one by one, until the state returns or its contact states repeat.
@@ -212,7 +214,7 @@ def begin_walk(se: Settler) -> None:
     """Begin before any cycle is followed."""
     se.first.motion.parameters = 0
     se.cycles, se.events, se.remembered, se.signed, se.patience, se.resumed = 0, 0, 0, 0, 0, False
-    se.phase, se.verdict, se.placed, se.from_limit = WALK, SEARCHING, True, False
+    se.phase, se.verdict, se.placed, se.from_limit = Phase.WALK, Verdict.SEARCHING, True, False
 
 
 @inner
@@ -260,16 +262,16 @@ def after_walk(se: Settler) -> None:
     keep_signature(se)
     se.period = returned_after(se)
     if se.period == 0:
-        se.phase = REPEATS
+        se.phase = Phase.REPEATS
         return
     if not admissible(se, mo.u):
-        se.verdict = BROKEN
+        se.verdict = Verdict.BROKEN
     se.contraction = observed_contraction(se, se.period)
     for j in range(2 * act.n):
         se.goal[j], se.drift[j] = mo.u[j], 0.0
     for i in range(act.n):
         se.contact[i] = act.state[i]
-    se.phase, se.done, se.placed, se.from_limit = CONFIRM, 0, False, False
+    se.phase, se.done, se.placed, se.from_limit = Phase.CONFIRM, 0, False, False
 
 
 @inner
@@ -321,13 +323,13 @@ def admissible(se: Settler, u: FloatArray) -> bool:
 def look_for_repeats(se: Settler) -> None:
     """Where the sequence of contact states repeats, follow one more period with its derivative."""
     se.patience -= 1
-    se.phase = WALK
+    se.phase = Phase.WALK
     if se.patience > 0:
         return
     for period in range(1, se.longest_period + 1):
         if sequence_repeats(se, period):
             begin_map(se.map, se.first.active, se.first.motion)
-            se.phase, se.period, se.done, se.jumps = MAP, period, 0, 0
+            se.phase, se.period, se.done, se.jumps = Phase.MAP, period, 0, 0
             return
 
 
@@ -353,13 +355,13 @@ def after_map(se: Settler) -> None:
         return
     mo.parameters = 0
     remember(se, mo.u)
-    se.phase = LIMIT if se.jumps == 0 else WALK
+    se.phase = Phase.LIMIT if se.jumps == 0 else Phase.WALK
     for k in range(se.period):
         if se.signatures[se.signed - se.period + k] != se.wanted[k]:
-            se.phase = WALK
+            se.phase = Phase.WALK
     for i in range(act.n):
         if act.state[i] != se.map.contact[i]:
-            se.phase = WALK
+            se.phase = Phase.WALK
     for j in range(2 * act.n):
         se.reached[j] = mo.u[j]
     end_map(se.map, mo)
@@ -381,14 +383,14 @@ def begin_leaps(se: Settler) -> None:
         se.drift[j] = 0.0  # gaps cannot grow for ever
     for i in range(act.n):
         se.contact[i] = pm.contact[i]
-    se.leap, se.leaps, se.phase = 1.0, 0, NEXT_LEAP
+    se.leap, se.leaps, se.phase = 1.0, 0, Phase.NEXT_LEAP
 
 
 @inner
 def next_leap(se: Settler) -> None:
     """Try the limit where it is near, otherwise the state twice as many periods ahead."""
     pm = se.map
-    se.phase, se.done, se.placed = LEAVE, 0, False
+    se.phase, se.done, se.placed = Phase.LEAVE, 0, False
     if se.leaps == MOST_LEAPS:
         return
     se.leaps += 1
@@ -400,7 +402,7 @@ def next_leap(se: Settler) -> None:
         se.leap *= 2.0
         displace(pm, pm.change, se.goal)
     if admissible(se, se.goal):
-        se.phase = CONFIRM if near else LEAP
+        se.phase = Phase.CONFIRM if near else Phase.LEAP
         se.from_limit, se.contraction = True, pm.contraction ** (1.0 / se.period)
 
 
@@ -410,10 +412,10 @@ def after_leap(se: Settler) -> None:
     se.signatures[se.done - 1] = np.int64(se.first.motion.signature)
     if se.done < se.period:
         return
-    se.phase = NEXT_LEAP
+    se.phase = Phase.NEXT_LEAP
     for k in range(se.period):
         if se.signatures[k] != se.wanted[k]:
-            se.phase = LEAVE
+            se.phase = Phase.LEAVE
             return
     for j in range(2 * se.first.active.n):
         se.reached[j] = se.goal[j]
@@ -424,7 +426,7 @@ def leave_leaps(se: Settler) -> None:
     """Continue cycle by cycle from the last state found to pass through the sequence."""
     for j in range(2 * se.first.active.n):
         se.goal[j] = se.reached[j]
-    se.remembered, se.signed, se.patience, se.phase, se.placed = 0, 0, 2, WALK, False
+    se.remembered, se.signed, se.patience, se.phase, se.placed = 0, 0, 2, Phase.WALK, False
     remember(se, se.goal)
 
 
@@ -459,7 +461,7 @@ def after_confirmation(se: Settler) -> None:
     if se.period % se.done == 0 and far <= se.check.near:
         judge_period(se, share)
     elif se.done == se.period:
-        se.phase = LEAVE if se.from_limit else REPEATS
+        se.phase = Phase.LEAVE if se.from_limit else Phase.REPEATS
 
 
 @inner
@@ -473,8 +475,8 @@ def judge_period(se: Settler, share: float) -> None:
         drifts = drifts or se.weight[i] * abs(share * se.drift[i]) > near
         slip = larger(slip, se.weight[i] * se.slip[i])
     if not check.violation <= se.friction_law:
-        se.verdict = BROKEN
+        se.verdict = Verdict.BROKEN
     elif slip <= 4.0 * near:
-        se.verdict = BLURRED if se.blurred else SEPARATION if breathing else SHAKEDOWN
+        se.verdict = Verdict.BLURRED if se.blurred else Verdict.SEPARATION if breathing else Verdict.SHAKEDOWN
     else:
-        se.verdict = RATCHETTING if drifts else CYCLIC_SLIP
+        se.verdict = Verdict.RATCHETTING if drifts else Verdict.CYCLIC_SLIP

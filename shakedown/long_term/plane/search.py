@@ -12,7 +12,7 @@ from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.named_state import Flags, Hash, Integers, NamedState, Reals, inner
 from shakedown.ground.status import OPEN
 from shakedown.long_term.plane.period_map import PeriodMap
-from shakedown.motion.course import HASH_PRIME, JUMPS, Course, code_of
+from shakedown.motion.course import HASH_PRIME, Course, EventKind, code_of
 from shakedown.motion.plane.active_set import ActiveSet, add_product, larger
 from shakedown.motion.plane.event_loop import MOST_FOLLOWED
 from shakedown.motion.plane.moving_state import PlaneRun, Record
@@ -96,7 +96,7 @@ def check_rows(check: PathCheck, act: ActiveSet, rec: Record, course: Course, pa
         for i in range(n):
             if rec.state[row * n + i] != OPEN:
                 check.always_open[i] = 0
-        check_row(check, act, rec.kind[row] == JUMPS)
+        check_row(check, act, rec.kind[row] == EventKind.JUMPS)
         enter_contact(check, begun + steps, course.steps, code_of(rec.state, row * n, n))
 
 

@@ -51,24 +51,7 @@ from numba import types
 from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.ground.named_state import address_of, entered, handed_on, inner
 from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
-from shakedown.motion.course import (
-    CLOSES,
-    DONE,
-    ENUMERABLE,
-    HASH_PRIME,
-    LIFTS_OFF,
-    LOAD_STEP,
-    NO_RATES,
-    NOT_SETTLED,
-    OPENS,
-    PAUSED,
-    REACHES_BACKWARD_LIMIT,
-    REACHES_FORWARD_LIMIT,
-    RECORD_FULL,
-    TOO_MANY_EVENTS,
-    Course,
-    code_of,
-)
+from shakedown.motion.course import ENUMERABLE, HASH_PRIME, Course, End, EventKind, code_of
 from shakedown.motion.plane.active_set import (
     AIR,
     APEX,
@@ -236,10 +219,10 @@ def follow_straight(run: PlaneRun, passes: int, effort: int) -> int:
     can be entered again. Every call gets one event or load step further at least.
     """
     act, rate, mo, rec, course = run.active, run.rates, run.motion, run.record, run.course
-    act.effort, act.allowed, rec.rows, status = 0, effort, 0, DONE
+    act.effort, act.allowed, rec.rows, status = 0, effort, 0, End.DONE
     compute_elastic(act, mo)
-    while mo.passes < passes and status == DONE:
-        if mo.time == 0.0 and mo.kind == LOAD_STEP:
+    while mo.passes < passes and status == End.DONE:
+        if mo.time == 0.0 and mo.kind == EventKind.LOAD_STEP:
             quiet_steps(act, rate, mo, rec, course)
         if mo.step < course.steps:
             status = load_step(act, rate, mo, rec, course)
@@ -247,8 +230,8 @@ def follow_straight(run: PlaneRun, passes: int, effort: int) -> int:
             mo.passes += 1
             mo.step = 0
             compute_elastic(act, mo)
-        if status == DONE and mo.passes < passes and act.effort > act.allowed:
-            status = PAUSED
+        if status == End.DONE and mo.passes < passes and act.effort > act.allowed:
+            status = End.PAUSED
     return status
 
 
@@ -266,7 +249,7 @@ def load_step(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, course:
         welded[j] = path[(step + 1) * m + j] - path[step * m + j]
     while mo.crowd < 1000 + 100 * m:
         if not has_capacity(rec):
-            return RECORD_FULL
+            return End.RECORD_FULL
         react(act, rate, mo, course)
         locate(act, rate, mo.u, mo.r, course.force, course.length)
         place_event(rate, mo.node, mo.kind)
@@ -274,14 +257,14 @@ def load_step(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, course:
         known = True  # up to the next event
         mo.concerned = leaving_node(act, rate, solved)
         if not course.separable and mo.concerned >= 0:
-            return LIFTS_OFF
+            return End.LIFTS_OFF
         if not solved:
             note(act, mo, rec, course.first)
-            return NO_RATES
+            return End.NO_RATES
         if not settle(act, rate, mo, course.settled) and (
             act.updates == 0 or factorize(act) == 0 or not settle(act, rate, mo, course.settled)
         ):
-            return NOT_SETTLED
+            return End.NOT_SETTLED
         apply_delay(mo, rate.motion, -1.0)
         note(act, mo, rec, course.first)
         duration, node, kind = next_event(act, rate, mo, course)
@@ -290,15 +273,15 @@ def load_step(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, course:
             sign(act, mo, course.first + step)
         advance(act, rate, mo, duration)
         mo.node, mo.kind = node, kind
-        if kind == LOAD_STEP:
+        if kind == EventKind.LOAD_STEP:
             mo.step, mo.time, mo.crowd = step + 1, 0.0, 0
-            return DONE
+            return End.DONE
         follow_event(act, rate, mo, node, kind)
         mo.events += 1
         mo.crowd += 1
         if act.effort > act.allowed:
-            return PAUSED
-    return TOO_MANY_EVENTS
+            return End.PAUSED
+    return End.TOO_MANY_EVENTS
 
 
 @inner
@@ -315,11 +298,11 @@ def react(act: ActiveSet, rate: Rates, mo: PlaneMotion, course: Course) -> None:
 @inner
 def place_event(rate: Rates, node: int, kind: int) -> None:
     """Put the node of the last event exactly at its limit, regardless of round-off."""
-    if kind in (OPENS, CLOSES):
+    if kind in (EventKind.OPENS, EventKind.CLOSES):
         rate.place[node] = APEX
-    elif kind == REACHES_BACKWARD_LIMIT and rate.place[node] != APEX:
+    elif kind == EventKind.REACHES_BACKWARD_LIMIT and rate.place[node] != APEX:
         rate.place[node] = ON_BACKWARD
-    elif kind == REACHES_FORWARD_LIMIT and rate.place[node] != APEX:
+    elif kind == EventKind.REACHES_FORWARD_LIMIT and rate.place[node] != APEX:
         rate.place[node] = ON_FORWARD
 
 
@@ -357,7 +340,7 @@ def next_event(act: ActiveSet, rate: Rates, mo: PlaneMotion, course: Course) -> 
     """
     n, rest, states, places, friction = act.n, 1.0 - mo.time, act.state, rate.place, act.f
     u, r, motion, reaction = mo.u, mo.r, rate.motion, rate.reaction
-    first, node, kind = rest, -1, LOAD_STEP
+    first, node, kind = rest, -1, EventKind.LOAD_STEP
     for i in range(n):
         state, place, f = states[i], places[i], friction[i]
         if place == APEX and (state in (STICK, OPEN)):
@@ -367,20 +350,20 @@ def next_event(act: ActiveSet, rate: Rates, mo: PlaneMotion, course: Course) -> 
                 distance, approach = f * r[n + i] - r[i], f * reaction[n + i] - reaction[i]
                 until = time_to_zero(distance, approach, rest, course.force)
                 if until < first:
-                    first, node, kind = until, i, REACHES_BACKWARD_LIMIT
+                    first, node, kind = until, i, EventKind.REACHES_BACKWARD_LIMIT
             if place != ON_FORWARD:
                 distance, approach = f * r[n + i] + r[i], f * reaction[n + i] + reaction[i]
                 until = time_to_zero(distance, approach, rest, course.force)
                 if until < first:
-                    first, node, kind = until, i, REACHES_FORWARD_LIMIT
+                    first, node, kind = until, i, EventKind.REACHES_FORWARD_LIMIT
         elif state == OPEN:
             until = time_to_zero(u[n + i], motion[n + i], rest, course.length)
             if until < first:
-                first, node, kind = until, i, CLOSES
+                first, node, kind = until, i, EventKind.CLOSES
         elif place != APEX:
             until = time_to_zero(r[n + i], reaction[n + i], rest, course.force)
             if until < first:
-                first, node, kind = until, i, OPENS
+                first, node, kind = until, i, EventKind.OPENS
     return first, node, kind
 
 
@@ -418,20 +401,20 @@ def advance(act: ActiveSet, rate: Rates, mo: PlaneMotion, duration: float) -> No
 def follow_event(act: ActiveSet, rate: Rates, mo: PlaneMotion, node: int, kind: int) -> None:
     """Close a gap exactly; derivative of the event's time, and its part in the derivative of the state."""
     n, t, tangent, delay, kappa = act.n, mo.parameters, mo.tangent, mo.delay, act.kappa
-    if kind == CLOSES:
+    if kind == EventKind.CLOSES:
         mo.u[n + node] = 0.0
         mo.followed = MOST_FOLLOWED
     if t == 0:
         return
     for c in range(t):
         delay[c] = 0.0
-    if kind == CLOSES:
+    if kind == EventKind.CLOSES:
         for c in range(t):
             delay[c] = -tangent[(n + node) * t + c] / rate.motion[n + node]
     else:
         side, f = 0.0, 1.0
-        if kind != OPENS:
-            side, f = (1.0 if kind == REACHES_BACKWARD_LIMIT else -1.0), act.f[node]
+        if kind != EventKind.OPENS:
+            side, f = (1.0 if kind == EventKind.REACHES_BACKWARD_LIMIT else -1.0), act.f[node]
         guard_rate = f * rate.reaction[n + node] - side * rate.reaction[node]
         for j in range(2 * n):
             if j >= n and act.state[j - n] != OPEN:

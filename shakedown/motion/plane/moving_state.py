@@ -6,7 +6,7 @@ The data of one run of the compiled loops.
 import numpy as np
 
 from shakedown.ground.named_state import Flags, Hash, Integers, NamedState, Reals, entered
-from shakedown.motion.course import JUMPS, LOAD_STEP, Course
+from shakedown.motion.course import Course, EventKind
 from shakedown.motion.plane.active_set import ActiveSet, Rates
 
 
@@ -115,7 +115,8 @@ def motion_at_rest(n: int) -> PlaneMotion:
 @entered
 def begin(mo: PlaneMotion) -> None:
     """Put the state at the start of its course and count from zero."""
-    mo.passes, mo.step, mo.time, mo.node, mo.kind, mo.concerned, mo.crowd = 0, 0, 0.0, -1, LOAD_STEP, -1, 0
+    mo.passes, mo.step, mo.time, mo.concerned, mo.crowd = 0, 0, 0.0, -1, 0
+    mo.node, mo.kind = -1, EventKind.LOAD_STEP
     mo.events, mo.dissipation, mo.delayed = 0, 0.0, False
     mo.signature, mo.last_states, mo.signed = np.uint64(0), np.uint64(0), False
     for i in range(mo.n):
@@ -126,7 +127,7 @@ def begin(mo: PlaneMotion) -> None:
 
 def resume(mo: PlaneMotion, time: float) -> None:
     """Go on after a jump, from this share of the load step on."""
-    mo.set(time=time, node=-1, kind=JUMPS, delayed=False, signed=False, events=mo.events + 1)
+    mo.set(time=time, node=-1, kind=EventKind.JUMPS, delayed=False, signed=False, events=mo.events + 1)
 
 
 def empty_record(rows: int, n: int) -> Record:

@@ -9,7 +9,7 @@ from shakedown.ground.constants import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import Scales
-from shakedown.motion.course import EFFORT, LOAD_STEP, NO_RATES, Course, Precision
+from shakedown.motion.course import EFFORT, Course, End, EventKind, Precision
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.method import EventMethod, State, loads_at, one_row
 from shakedown.motion.plane.active_set import active_set, factorize, rates
@@ -43,7 +43,7 @@ class PlaneEvents(EventMethod):
     run: PlaneRun
     motion: PlaneMotion
     new_record = staticmethod(empty_record)
-    passable = (NO_RATES,)
+    passable = (End.NO_RATES,)
     error = 0.0
 
     def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
@@ -94,7 +94,7 @@ class PlaneEvents(EventMethod):
 
     def present(self, done: int, reaction: FloatArray) -> EventHistory:
         """The present state, between two cycles."""
-        columns = one_row(time=-1.0, kind=LOAD_STEP, u=self.u, r=reaction, state=self.contact)
+        columns = one_row(time=-1.0, kind=EventKind.LOAD_STEP, u=self.u, r=reaction, state=self.contact)
         return self.path(self.courses[False], done, **columns)
 
     def path(self, course: Course, done: int, **columns: NDArray[Any]) -> EventHistory:

@@ -19,19 +19,7 @@ import numpy as np
 from shakedown.ground.constants import ROUND_OFF, SEVEN_DIGITS
 from shakedown.ground.named_state import entered, inner, summing
 from shakedown.ground.status import OPEN, STICK
-from shakedown.motion.course import (
-    DONE,
-    HASH_PRIME,
-    LIFTS_OFF,
-    LOAD_STEP,
-    NO_RATES,
-    NOT_SETTLED,
-    PAUSED,
-    RECORD_FULL,
-    TOO_MANY_EVENTS,
-    Course,
-    code_of,
-)
+from shakedown.motion.course import HASH_PRIME, Course, End, EventKind, code_of
 from shakedown.motion.space.event_search import (
     NEVER,
     end_of_step,
@@ -47,14 +35,11 @@ from shakedown.motion.space.smooth_step import (
     turning_step,
 )
 from shakedown.motion.space.space_run import (
-    CURVES,
     DEGREE,
     EXPLICIT,
     PATIENCE,
     RADAU,
-    REACHES_LIMIT,
     STAGES,
-    STOPS,
     CompiledJoint,
     Slipping,
     SpaceMotion,
@@ -65,7 +50,6 @@ from shakedown.motion.space.space_run import (
 )
 from shakedown.motion.space.speeds import MOST_EXCHANGES, arrange, compute_out, move
 
-AT_EVENT = PAUSED + 1  # within a load step
 AHEAD = 1.05  # length of a step relative to the expected time of the next event
 BESIDE = 0.002  # share of the error of a passage that a step may use regardless of its length
 SAFETY, LEAST = 0.9, 0.2  # bounds on the next step, relative to the last
@@ -91,12 +75,12 @@ def follow_curve(run: SpaceRun, effort: int) -> int:
     the matrix of ``joint`` is to be made afresh.
     """
     joint, course, mo, ct, rec = run.joint, run.course, run.motion, run.control, run.record
-    ct.effort, ct.allowed, rec.rows, status = 0, effort, 0, DONE
-    while mo.step < course.steps and status == DONE:
+    ct.effort, ct.allowed, rec.rows, status = 0, effort, 0, End.DONE
+    while mo.step < course.steps and status == End.DONE:
         status = load_step(run)
         wait = ct.effort > ct.allowed or joint.exchanges > MOST_EXCHANGES
-        if status == DONE and mo.step < course.steps and wait:
-            status = PAUSED
+        if status == End.DONE and mo.step < course.steps and wait:
+            status = End.PAUSED
     if mo.step == course.steps:
         mo.passes = 1
     return status
@@ -106,29 +90,29 @@ def follow_curve(run: SpaceRun, effort: int) -> int:
 def load_step(run: SpaceRun) -> int:
     """Carry the state from event to event to the end of its load step."""
     joint, course, mo, rates, ct = run.joint, run.course, run.motion, run.rates, run.control
-    N, status = 3 * joint.n, AT_EVENT
+    N, status = 3 * joint.n, End.AT_EVENT
     for k in range(N):
         rates.welded[k] = course.path[(mo.step + 1) * N + k] - course.path[mo.step * N + k]
     if not mo.entered:
         if not arrange(joint, mo):
-            return NOT_SETTLED
+            return End.NOT_SETTLED
         if mo.step == 0 or mo.time > 0.0:  # elsewhere the last load step has ended with them
             compute_out(joint, course, mo, rates)
         for i in range(joint.n):
             mo.resting[i], rates.arrived[i] = 0, 0
         mo.entered = True
-    while status == AT_EVENT:
+    while status == End.AT_EVENT:
         if not mo.under_way:
             status = begin_path(run)
-            if status != AT_EVENT:
+            if status != End.AT_EVENT:
                 return status
         status = smooth_path(run)
-        mo.under_way = status in (PAUSED, RECORD_FULL)
-        if status == AT_EVENT and ct.effort > ct.allowed:
-            return PAUSED
-    if status == DONE:
+        mo.under_way = status in (End.PAUSED, End.RECORD_FULL)
+        if status == End.AT_EVENT and ct.effort > ct.allowed:
+            return End.PAUSED
+    if status == End.DONE:
         mo.step, mo.time, mo.crowd, mo.entered = mo.step + 1, 0.0, 0, False
-        mo.kind, mo.node = LOAD_STEP, -1
+        mo.kind, mo.node = EventKind.LOAD_STEP, -1
     return status
 
 
@@ -137,16 +121,16 @@ def begin_path(run: SpaceRun) -> int:
     """Choose the rates with which the path goes on: AT_EVENT, or why it does not."""
     joint, course, mo, rates, ct = run.joint, run.course, run.motion, run.rates, run.control
     if mo.crowd > 1000 + 200 * joint.n:
-        return TOO_MANY_EVENTS
+        return End.TOO_MANY_EVENTS
     found = choose_rates(run)
     leaving = leaving_node(joint, mo, rates, found)
     if not course.separable and leaving >= 0:
         mo.concerned = leaving
-        return LIFTS_OFF
+        return End.LIFTS_OFF
     if not found:
-        return NO_RATES
+        return End.NO_RATES
     ct.apex_ahead = np.inf
-    return AT_EVENT
+    return End.AT_EVENT
 
 
 @inner
@@ -164,7 +148,7 @@ def smooth_path(run: SpaceRun) -> int:
     course, mo, sp, st, ct, rec = run.course, run.motion, run.slipping, run.step, run.control, run.record
     while mo.time < 1.0:
         if rec.capacity > 0 and rec.rows == rec.capacity:
-            return RECORD_FULL
+            return End.RECORD_FULL
         rest = 1.0 - mo.time
         h = choose_step(run, rest)
         error = take_step(run, h)
@@ -173,7 +157,7 @@ def smooth_path(run: SpaceRun) -> int:
         if not 0.0 <= used <= 1.0:
             shorten(run, h, used)
             if not ct.h > ROUND_OFF:  # no step is short enough, so there are no rates
-                return NO_RATES
+                return End.NO_RATES
             continue
         share, node, kind = first_event(run, h)
         if share * h > ROUND_OFF and share < NEAR_END and error > allowed_error(course, ct, share * h):
@@ -182,15 +166,15 @@ def smooth_path(run: SpaceRun) -> int:
         lengthen(st, ct, h, used)
         if share < NEVER:
             meet_event(run, share, h, error, node, kind)
-            return AT_EVENT
+            return End.AT_EVENT
         commit(run, h, 1.0, better)
         if h == rest:
             mo.time = 1.0
         keep_rates(sp, st)
-        mo.kind, mo.node = CURVES, -1
+        mo.kind, mo.node = EventKind.CURVES, -1
         if ct.effort > ct.allowed and mo.time < 1.0:
-            return PAUSED
-    return DONE
+            return End.PAUSED
+    return End.DONE
 
 
 @inner
@@ -344,9 +328,9 @@ def pass_event(joint: CompiledJoint, mo: SpaceMotion, rates: SpaceRates, i: int,
     """Put a node exactly at its event."""
     for j in range(joint.n):
         rates.arrived[j] = 0
-    if kind == REACHES_LIMIT:
+    if kind == EventKind.REACHES_LIMIT:
         rates.arrived[i], mo.resting[i] = 1, 0
-    elif kind == STOPS:
+    elif kind == EventKind.STOPS:
         mo.contact[i], mo.resting[i] = STICK, 1
     mo.events += 1
     mo.crowd += 1

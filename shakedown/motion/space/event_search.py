@@ -11,9 +11,9 @@ import numpy as np
 from shakedown.ground.constants import HALVINGS, FloatArray
 from shakedown.ground.named_state import inner, summing
 from shakedown.ground.status import OPEN, STICK
-from shakedown.motion.course import CLOSES, OPENS
+from shakedown.motion.course import EventKind
 from shakedown.motion.space.smooth_step import find_curve
-from shakedown.motion.space.space_run import CURVES, DEGREE, REACHES_LIMIT, STOPS, SpaceMotion, SpaceRun
+from shakedown.motion.space.space_run import DEGREE, SpaceMotion, SpaceRun
 from shakedown.motion.space.speeds import move
 
 SAMPLES = 8  # samples of a distance within a step
@@ -35,18 +35,18 @@ def end_of_step(run: SpaceRun, h: float) -> None:
 def kind_of(mo: SpaceMotion, i: int) -> int:
     """The possible next event of a node, other than a stop."""
     if mo.contact[i] == OPEN:
-        return CLOSES
+        return EventKind.CLOSES
     if mo.contact[i] == STICK:
-        return REACHES_LIMIT
-    return OPENS
+        return EventKind.REACHES_LIMIT
+    return EventKind.OPENS
 
 
 @inner
 def distance_at(run: SpaceRun, i: int, kind: int, x: float, y: float, p: float) -> float:
     """The distance of a node from its possible event, from its three outputs."""
-    if kind == REACHES_LIMIT:
+    if kind == EventKind.REACHES_LIMIT:
         return run.joint.friction[i] * p - np.sqrt(x * x + y * y)
-    if kind == OPENS:
+    if kind == EventKind.OPENS:
         return p - run.course.settled
     return p
 
@@ -61,7 +61,7 @@ def distance(run: SpaceRun, i: int, kind: int, out: FloatArray) -> float:
 def distance_rate(run: SpaceRun, i: int, kind: int, out: FloatArray, rate: FloatArray) -> float:
     """Rate of a distance, from all outputs and their rates."""
     x, y, p = 2 * i, 2 * i + 1, 2 * run.joint.n + i
-    if kind != REACHES_LIMIT:
+    if kind != EventKind.REACHES_LIMIT:
         return rate[p]
     size = np.sqrt(out[x] * out[x] + out[y] * out[y])
     along = (out[x] * rate[x] + out[y] * rate[y]) / size if size > 0.0 else 0.0
@@ -72,7 +72,7 @@ def distance_rate(run: SpaceRun, i: int, kind: int, out: FloatArray, rate: Float
 def near_event(run: SpaceRun, kind: int) -> float:
     """The distance from an event at which a node is there: a force, a length where a gap closes."""
     near = run.course.settled
-    return near * run.control.length_scale / run.control.force_scale if kind == CLOSES else near
+    return near * run.control.length_scale / run.control.force_scale if kind == EventKind.CLOSES else near
 
 
 @inner
@@ -86,14 +86,14 @@ def margin(run: SpaceRun, kind: int, at_start: float) -> float:
 def first_event(run: SpaceRun, h: float) -> tuple[float, int, int]:
     """The time of the first event, as a share of the step, or NEVER; its node and its kind."""
     mo, rates, sp, st = run.motion, run.rates, run.slipping, run.step
-    n, first, node, next_kind = st.n, NEVER, -1, CURVES
+    n, first, node, next_kind = st.n, NEVER, -1, EventKind.CURVES
     find_curve(sp, st, h)
     for i in range(n):
         kind = kind_of(mo, i)
         start = distance(run, i, kind, mo.out)
         begins = distance_rate(run, i, kind, mo.out, rates.rate)
         add = margin(run, kind, start)
-        if kind == OPENS and begins < 0.0:
+        if kind == EventKind.OPENS and begins < 0.0:
             add = 0.0  # moving to the apex, beyond which a direction has no meaning
         ends = distance_rate(run, i, kind, st.next_out, st.next_rate)
         dips = begins < 0.0 < ends
@@ -105,11 +105,11 @@ def first_event(run: SpaceRun, h: float) -> tuple[float, int, int]:
             first, node, next_kind = share, i, kind
     for a in range(sp.s):
         if st.mu[6 * n + a] <= 0.0:
-            share = first_share(run, a, STOPS, 0.0, first)
+            share = first_share(run, a, EventKind.STOPS, 0.0, first)
             if share == NEVER:
                 share = 1.0
             if share < first:
-                first, node, next_kind = share, sp.node[a], STOPS
+                first, node, next_kind = share, sp.node[a], EventKind.STOPS
     return first, node, next_kind
 
 
@@ -163,7 +163,7 @@ def first_share(run: SpaceRun, i: int, kind: int, add: float, latest: float) -> 
     NEVER where not before ``latest``.
     """
     low = 0.0
-    for part in range(1 if kind == STOPS else 0, SAMPLES + 1):
+    for part in range(1 if kind == EventKind.STOPS else 0, SAMPLES + 1):
         high = part / SAMPLES
         if followed(run, i, kind, high) + add <= 0.0:
             for _ in range(HALVINGS):
@@ -182,7 +182,7 @@ def first_share(run: SpaceRun, i: int, kind: int, add: float, latest: float) -> 
 @inner
 def followed(run: SpaceRun, i: int, kind: int, at: float) -> float:
     """The distance of a node, or the speed of a packed one, within the step."""
-    return speed_at(run, i, at) if kind == STOPS else bent(run, i, kind, at)
+    return speed_at(run, i, at) if kind == EventKind.STOPS else bent(run, i, kind, at)
 
 
 @inner

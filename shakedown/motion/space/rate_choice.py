@@ -18,7 +18,7 @@ from shakedown.ground.constants import DIRECTIONS, NEGLIGIBLE, ROUND_OFF, FloatA
 from shakedown.ground.named_state import inner, summing
 from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.ground.work_limit import BY_BLAS
-from shakedown.motion.course import CLOSES, ENUMERABLE, OPENS, Course
+from shakedown.motion.course import ENUMERABLE, Course, EventKind
 from shakedown.motion.space.space_run import CompiledJoint, Slipping, SpaceMotion, SpaceRates, SpaceRun
 from shakedown.motion.space.speeds import (
     arrange,
@@ -67,9 +67,10 @@ def locate(run: SpaceRun) -> int:
                 rates.candidate[i] = 1
             if rates.apex[i] == 1:
                 face_reaction(course, mo, i)
-        if i == mo.node and (mo.kind == OPENS or mo.kind == CLOSES):
+        if i == mo.node and mo.kind in (EventKind.OPENS, EventKind.CLOSES):
+            closed = SLIP if joint.friction[i] == 0.0 else STICK
             rates.candidate[i], rates.apex[i] = 0, 1
-            mo.contact[i] = OPEN if mo.kind == OPENS else SLIP if joint.friction[i] == 0.0 else STICK
+            mo.contact[i] = OPEN if mo.kind == EventKind.OPENS else closed
         count += rates.apex[i]
     return count
 

@@ -27,8 +27,8 @@ from shakedown.ground.work_limit import count_work
 from shakedown.joint.law import Law
 from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import Scales, swing
-from shakedown.motion.course import DONE, EFFORT, NO_RATES, PAUSED, TOO_MANY_EVENTS, Course, Precision, course
-from shakedown.motion.event_history import CurvedHistory, EventHistory, EventKind
+from shakedown.motion.course import EFFORT, Course, End, EventKind, Precision, course
+from shakedown.motion.event_history import CurvedHistory, EventHistory
 from shakedown.motion.fixed_steps import MOST_SWEEPS, contact_nodes, load_steps, places_by_node
 from shakedown.motion.method import EventMethod, State, loads_at, one_row
 from shakedown.motion.space.curved_loop import follow_curve
@@ -120,12 +120,12 @@ class DirectedJump(Relaxation):
         mo = run.motion
         mo.u[:], mo.contact[:], mo.direction[:] = self.u, self.contact, 0.0
         arrange_afresh(run.joint, mo)
-        status = PAUSED
-        while status == PAUSED and not self.at_once:
+        status = End.PAUSED
+        while status == End.PAUSED and not self.at_once:
             status = follow_curve(run, LABOUR)
             count_work(run.control.effort)
-            self.at_once = status == PAUSED and run.control.taken > MOST_TAKEN
-        if status != DONE or not np.isfinite(mo.u).all():
+            self.at_once = status == End.PAUSED and run.control.taken > MOST_TAKEN
+        if status != End.DONE or not np.isfinite(mo.u).all():
             return None
         return StepEnd(mo.u.copy(), mo.contact.copy(), mo.work.copy(), mo.slip.copy())
 
@@ -188,7 +188,7 @@ class SpaceEvents(EventMethod):
     run: SpaceRun
     motion: SpaceMotion
     new_record = staticmethod(empty_curve_record)
-    passable = NO_RATES, TOO_MANY_EVENTS
+    passable = End.NO_RATES, End.TOO_MANY_EVENTS
 
     def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
         run = run_in_space(kappa, problem.f, Course({}), empty_curve_record(0, problem.n))

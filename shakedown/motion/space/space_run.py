@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.named_state import Flags, Hash, Integers, NamedState, Reals, Shorts
-from shakedown.motion.course import JUMPS, LOAD_STEP, Course
+from shakedown.motion.course import Course, EventKind
 
-REACHES_LIMIT, STOPS, CURVES = range(6, 9)  # kinds of event, after those of motion.course
 DEGREE = 4  # of the polynomial between the ends of a step
 
 
@@ -428,12 +427,12 @@ def begin(run: SpaceRun) -> None:
     motion.set(
         passes=0, step=0, time=0.0, entered=False, under_way=False, concerned=-1, crowd=0, events=0, error=0.0
     )
-    motion.set(node=-1, kind=LOAD_STEP, signature=0, last_states=0)
+    motion.set(node=-1, kind=EventKind.LOAD_STEP, signature=0, last_states=0)
     run.step.set(method=EXPLICIT)
     run.control.set(h=1.0, long=1.0, wait=0, apex_ahead=np.inf, taken=0)
 
 
-def resume(run: SpaceRun, time: float, kind: int = JUMPS) -> None:
+def resume(run: SpaceRun, time: float, kind: int = EventKind.JUMPS) -> None:
     """Continue after a jump or another change of the state, from a given share of the load step."""
     motion = run.motion
     motion.set(time=time, node=-1, kind=kind, entered=False, under_way=False, events=motion.events + 1)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.motion.course import DONE, EFFORT, PAUSED
-from shakedown.motion.event_history import EventKind
+from shakedown.motion.course import EFFORT, End, EventKind
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.plane import event_loop
 from shakedown.motion.plane.moving_state import begin
@@ -49,9 +48,9 @@ def test_the_loop_returns_after_a_stated_amount_of_work_and_goes_on(name, load_f
     run, same, returns = evolution.method.run_of(True, False), whole.method.run_of(True, False), 0
     begin(evolution.method.motion)
     begin(whole.method.motion)
-    while event_loop.follow_straight(run, passes, 20) == PAUSED:
+    while event_loop.follow_straight(run, passes, 20) == End.PAUSED:
         returns += 1
-    assert event_loop.follow_straight(same, passes, EFFORT) == DONE
+    assert event_loop.follow_straight(same, passes, EFFORT) == End.DONE
     assert returns >= passes
     assert run.motion.events == same.motion.events
     assert evolution.state.u == pytest.approx(whole.state.u, abs=1e-13 * evolution.scale.length)

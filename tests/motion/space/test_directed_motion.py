@@ -11,7 +11,8 @@ from benchmarks.problems import refined
 from shakedown import Problem, Tolerances
 from shakedown.joint.constraints import loop_path
 from shakedown.motion.checked_law import law_resolution
-from shakedown.motion.event_history import EventKind, path_violation
+from shakedown.motion.course import EventKind
+from shakedown.motion.event_history import path_violation
 from shakedown.motion.evolution import Evolution, evolve
 from shakedown.motion.fixed_steps import FixedSteps
 from shakedown.motion.space import space_events

@@ -6,7 +6,7 @@ import pytest
 from benchmarks.implicit_joint import ImplicitJoint
 from benchmarks.space_verdicts import KINDS, random_joint
 from shakedown.motion.checked_law import law_resolution, law_violation, scales
-from shakedown.motion.event_history import EventKind
+from shakedown.motion.course import EventKind
 from shakedown.motion.evolution import Evolution
 
 LOAD_FACTOR = 0.9776574724999321
