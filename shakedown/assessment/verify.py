@@ -8,13 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any, Literal
 
-from shakedown.assessment.assess import (
-    Assessment,
-    SecondBounds,
-    assess,
-    independent_findings,
-    second_bounds,
-)
+from shakedown.assessment.assess import Assessment, SecondBounds, assess, independent_findings, second_bounds
 from shakedown.assessment.every_limit import JointLimits, open_ends
 from shakedown.assessment.plan import BELOW, NO_ZONE, Case, case_as_given, plan_steps
 from shakedown.assessment.transient_limit import SlipLimit

@@ -48,8 +48,6 @@ SUMS = [
     "dissipations",
     "events",
 ]
-MOST_REASONS = 3  # in words
-IN_SPACE = 64  # states whose paths are held against the law together, and kept until then
 
 
 def joined_state(
@@ -141,7 +139,8 @@ def _reason(parts: Sequence[Part], found: Sequence[LongTermState]) -> str:
             others.add(state.outcome.value)
     if len(said) == 1 and not others:
         return next(iter(said))
-    texts = [f"{text} ({nodes_in_words(sorted(nodes))})" for text, nodes in said.items()][:MOST_REASONS]
+    # three reasons at most are told
+    texts = [f"{text} ({nodes_in_words(sorted(nodes))})" for text, nodes in said.items()][:3]
     left = [f"the nodes uncoupled from them: {', '.join(sorted(others))}"] * bool(others)
     return "; ".join([*texts, *left])
 
@@ -377,7 +376,8 @@ class _Batch:
 
     def run(self, threads: int) -> None:
         """Find all states; an interrupt ends every thread within a fraction of a second or one state."""
-        most = BATCH if self.problem.directions == 1 else IN_SPACE
+        # in space the paths of so many states are held against the law together, and kept until then
+        most = BATCH if self.problem.directions == 1 else 64
         size = most if threads == 1 else max(1, min(most, len(self.starts) // (8 * threads)))
         blocks = [slice(first, first + size) for first in range(0, len(self.starts), size)]
         if threads == 1:

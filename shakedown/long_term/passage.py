@@ -25,8 +25,6 @@ from shakedown.joint.units import NO_LOADS
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import CycleRecord, State, cycles_of
 
-LONGEST_TRANSIENT = 12  # random load steps
-
 FirstCycles = tuple[tuple[CycleRecord, State], ...]
 """The cycles that a search followed before its first leap, and the states at their ends."""
 
@@ -162,7 +160,8 @@ def slip_after_transient(
     (2,)
     """
     split, loop = problem.layout.split, loop_path(problem, overload * load_factor)
-    ends = loop[generator.integers(problem.m, size=(2, generator.integers(1, LONGEST_TRANSIENT + 1)))]
+    # 1 to 12 random load steps
+    ends = loop[generator.integers(problem.m, size=(2, generator.integers(1, 13)))]
     share = generator.random((ends.shape[1], 1))
     before_q, before_p = split(ends[0] + share * (ends[1] - ends[0]))
     q, p = split(first_load(problem, load_factor))

@@ -21,21 +21,10 @@ from shakedown.joint.rigid_slips import free_stiffness
 from shakedown.motion.checked_law import law_violation
 from shakedown.motion.course import End
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.method import (
-    SLIDES_AWAY,
-    Beginning,
-    CycleRecord,
-    Motion,
-    State,
-    Stop,
-    cycles_of,
-)
+from shakedown.motion.method import SLIDES_AWAY, Beginning, CycleRecord, Motion, State, Stop, cycles_of
 from shakedown.motion.plane.plane_events import PlaneEvents
 from shakedown.motion.space.space_events import SpaceEvents
 from shakedown.motion.viscous_jump import Jump, ViscousJoint, default_damping
-
-MOST_RETRIES = 20  # at one instant, each with a larger change of load
-MOST_JUMPS = 20  # per node and load step of a cycle
 
 
 class Evolution(Motion):
@@ -170,11 +159,13 @@ class Evolution(Motion):
         method, path, step, now = self.method, self.path, self.method.motion.step, self.method.motion.time
         if not self.may_jump:
             return False
-        if len(self.jumps) == MOST_JUMPS * self.problem.n * (len(path) - 1):
+        # so many jumps at most per node and load step of a cycle
+        if len(self.jumps) == 20 * self.problem.n * (len(path) - 1):
             return False
         again = self._nudged[:2] == (step, now)  # the load has not changed since the last jump
         retries, rate = (self._nudged[2] + 1 if again else 0), path[step + 1] - path[step]
-        if retries == MOST_RETRIES or not rate.any():
+        # retries at one instant, each with a larger change of load
+        if retries == 20 or not rate.any():
             return False
         nudge = NEGLIGIBLE * self.scale.force * 4.0**retries / float(np.abs(rate).max())
         time = min(now + nudge, 1.0)

@@ -283,7 +283,6 @@ def load_steps(nodes, loads, u, tolerance, most, path, slips):  # type: ignore[n
 
 
 REMEMBERED = 2  # cycles whose load steps are kept, whether recorded or not
-WANDERING = 50  # sweeps that show whether a body that found no rest keeps moving
 
 
 class LoadSteps(NamedTuple):
@@ -452,7 +451,8 @@ class FixedSteps(Motion):
     def _slides_away(self, load: FloatArray, u: FloatArray) -> bool:
         """Whether the displacement of some more sweeps goes on, and nothing holds it."""
         before, kappa, stiffest = u.copy(), self._nodes.kappa, np.abs(np.diag(self._nodes.kappa)).max()
-        load_steps(self._nodes, load, u, 0.0, WANDERING, np.empty_like(load), np.empty((1, len(u))))
+        # so many sweeps show whether a body that found no rest keeps moving
+        load_steps(self._nodes, load, u, 0.0, 50, np.empty_like(load), np.empty((1, len(u))))
         way = u - before
         held = way @ kappa @ way > self.tolerances.zero_mode * stiffest * (way @ way)
         return bool(stiffest * np.abs(way).max() > self.scale.force and not held)

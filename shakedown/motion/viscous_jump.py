@@ -229,9 +229,7 @@ class _SlideEquations:
 
 
 ACCURACY = 0.01  # accepted departure of a step from a straight path, relative to the motion so far
-CHANGING = 0.4  # length of a step in which nodes change their contact states, relative to the motion so far
 RUNG = 1.5  # ratio of the distances aimed at; speeds like the third power of the way let a step reach that
-FASTER = 4.0  # how much faster the motion is expected to be at the end of a step, at most
 LONGER = 5.0  # how much longer a step lasts than the one before, at most
 AIMED = 0.8  # of the length at which a step would be just straight enough
 
@@ -282,7 +280,8 @@ class StepLengths:
         if self.passed and bend > 1.0:
             self.shorten(AIMED / sqrt(bend))
             return False
-        if self.passed and changes and way > CHANGING * motion:
+        # length of a step in which nodes change their contact states, relative to the motion so far
+        if self.passed and changes and way > 0.4 * motion:
             self.shorten()
             return False
         before = self.passed[-1][0] if self.passed else 0.0
@@ -301,7 +300,8 @@ class StepLengths:
             rung += 1
             further = self.length * RUNG**rung - motion
             speed = self._speed_after(further)
-            reached = 0.0 < speed <= FASTER * self.passed[-1][1] and further <= longest * speed
+            # how much faster the motion is expected to be at the end of a step, at most
+            reached = 0.0 < speed <= 4.0 * self.passed[-1][1] and further <= longest * speed
             if way and not (reached and further <= straight):
                 break
             way = further
@@ -321,8 +321,6 @@ class StepLengths:
         return float(speeds[-1] + further * (slopes[-1] + curve * (further + ways[-1] - ways[-2])))
 
 
-MAX_STEPS = 2000
-MOST_IDLE = 16  # of these within round-off of where they begin: it stands between states that do not last
 FAR = 1 / SIX_DIGITS  # motion beyond which a body slides away, relative to its scale and earlier slips
 
 
@@ -423,12 +421,8 @@ class Relaxation(ABC):
         longest = FAR * FAR * dt
         size = max(self.scale.length, float(np.abs(self.start).max()))
         lengths = StepLengths(self.scale.length, dt, size)
-        while (
-            self.steps < MAX_STEPS
-            and lengths.idle < MOST_IDLE
-            and shortest < dt < longest
-            and self.moved < far
-        ):
+        # idle ones end within round-off of where they begin: it stands between states that do not last
+        while self.steps < 2000 and lengths.idle < 16 and shortest < dt < longest and self.moved < far:
             if not work_is_left():
                 return None
             count_work(BY_BLAS * len(self.u) ** 3)

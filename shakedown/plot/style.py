@@ -38,6 +38,7 @@ MARGIN = 0.06  # around what is drawn, as a fraction of its size
 FARTHEST = 3.0  # times the range of interest; beyond it pictures are cut off
 DOTS_PER_INCH = 150
 UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}  # the same picture has the same bytes
+
 LONGEST_LABEL = 40  # letters in a legend
 
 Style = Mapping[str, Any]  # keywords of Axes.plot

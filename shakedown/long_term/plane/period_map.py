@@ -19,7 +19,6 @@ from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.plane.active_set import ActiveSet, larger
 from shakedown.motion.plane.moving_state import PlaneMotion
 
-LARGEST_INVERSE = 1e5  # norm of (I − J)⁻¹ up to which no eigenvalue of J is near 1 and round-off is small
 DIED_OUT, GROWN = 1e-13, 1e6  # of ‖Jᵏ d‖ / ‖d‖, between which it stands out of round-off
 
 
@@ -189,7 +188,8 @@ def find_limit(pm: PeriodMap) -> bool:
         for b in range(k):
             difference[a, b] = (1.0 if a == b else 0.0) - J[a * k + b]
     inverse = inverse_or_nan(difference)
-    if not np.linalg.norm(inverse) <= LARGEST_INVERSE:
+    # norm of (I − J)⁻¹ up to which no eigenvalue of J is near 1 and round-off is small
+    if not np.linalg.norm(inverse) <= 1e5:
         return False
     for _ in range(2):  # the second pass corrects round-off
         for a in range(k):

@@ -27,7 +27,6 @@ Verdict = IntEnum(
 )
 """BLURRED: no slip, but beside the loads at rest those that change are next to round-off."""
 Instruction = IntEnum("Instruction", "ANEW FROM_HERE RATES JUMP STOPPED LEAVES LIMIT_FOUND", start=0)
-MOST_LEAPS = 60
 
 
 @entered
@@ -391,7 +390,7 @@ def next_leap(se: Settler) -> None:
     """Try the limit where it is near, otherwise the state twice as many periods ahead."""
     pm = se.map
     se.phase, se.done, se.placed = Phase.LEAVE, 0, False
-    if se.leaps == MOST_LEAPS:
+    if se.leaps == 60:  # each twice as far as the one before
         return
     se.leaps += 1
     near = pm.decaying and distance_to_limit(pm, se.leap, se.weight) <= 1e3 * se.check.near

@@ -126,7 +126,6 @@ def measure_of(problem: Problem) -> Measure:
     return Measure(root, rigid, np.sqrt(stiffest), float(np.linalg.norm(root)))
 
 
-CLEARLY = 4.0  # ratio of two changes from which on they show a slope
 # Of the slope before it, which is ½ of that along a square: less is no line, or is not nearer to one.
 LINEAR, NEARLY = 0.9, 0.75
 
@@ -195,7 +194,7 @@ class Decay:
         if not self.periods or period.size <= 0.5 * self.periods[-1].size:
             self.periods.append(period)
 
-    def before(self, now: Period, times: float = CLEARLY) -> Period | None:
+    def before(self, now: Period, times: float = 4.0) -> Period | None:
         """The last period of so many times the change: by default one that shows a slope."""
         return next((each for each in reversed(self.periods) if 0.0 < each.size >= times * now.size), None)
 

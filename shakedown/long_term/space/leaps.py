@@ -23,8 +23,6 @@ from shakedown.long_term.space.followed_cycles import STATE_ROUND_OFF, Measure, 
 WORTH = 8.0  # periods that a leap must gain at least, as it costs some, and so does its preparation
 PRICE = 1e-5  # uncertainty allowed in a leap, relative to the total slip so far
 TRIES = 3  # periods after a leap within which its prediction must come true
-LONGEST_WAIT = 64  # periods
-INDEPENDENT = 10 * ROUND_OFF  # relative to the largest: smaller singular values of the changes are round-off
 
 
 class Leap(NamedTuple):
@@ -51,7 +49,7 @@ class Leap(NamedTuple):
 
 def longer(wait: int) -> int:
     """Periods to wait after a further leap that fails, twice as many as after the one before."""
-    return min(2 * wait + 5, LONGEST_WAIT)
+    return min(2 * wait + 5, 64)  # periods
 
 
 @dataclass(frozen=True)
@@ -108,7 +106,8 @@ def recurrence_of(states: FloatArray, root: FloatArray) -> Recurrence:
     changes = np.diff(states, axis=0)
     seen = product(root, changes)
     seen = seen / (float(np.abs(seen).max()) or 1.0)
-    weights = np.linalg.lstsq(seen[:-1].T, seen[-1], rcond=INDEPENDENT)[0]
+    # relative to the largest: smaller singular values of the changes are round-off
+    weights = np.linalg.lstsq(seen[:-1].T, seen[-1], rcond=10 * ROUND_OFF)[0]
     return Recurrence(states[-1], changes[1:], weights)
 
 
@@ -192,16 +191,8 @@ class RecurrenceLeaps:
         self.since = cycles + self.wait
 
 
-# Finite-difference step for slopes, relative to all slip (energy norm); at least round-off of the state.
-PROBE = 10.0 * NEGLIGIBLE
-# Factors of the step, tried until both points have the same contact states (no kink between them).
-TRIED = 1.0, -1.0, 1e-2, -1e-2, 1e-4
-BEHIND = 4.0  # times as far as states are moved
-FARTHEST = 2**40  # periods: most that a leap goes ahead
-REMEMBERED = 16  # states at which leaps began
 NEXT_TO_IT = 8.0  # so many times the length of a leap before it, or that share, they show how it is bent
 TESTED = 0.75, 1.0  # shares of a way at which its polynomial is put to the test
-DRIFTS = 2.0**20  # periods: most that a drift is followed at once
 MOST_EARLIER = 3  # samples of the remainder from before a leap
 SHARES = 0.25, 0.5, 1.0  # of a way, at which the remainder is sampled; one less for each earlier sample
 MOST_POWERS = MOST_EARLIER + len(SHARES)
@@ -294,7 +285,8 @@ class LocalMap:
 
     def size(self, y: FloatArray) -> float:
         """Of a change, by energy; inf where it is out of all bounds, as drift of very many periods is."""
-        if not np.abs(y).max() <= max(np.abs(self.start).max(), DRIFTS * np.abs(self.change).max()):
+        # most periods that a drift is followed at once
+        if not np.abs(y).max() <= max(np.abs(self.start).max(), 2.0**20 * np.abs(self.change).max()):
             return np.inf
         return self.measure.size(self.at(y) - self.start)
 
@@ -402,7 +394,7 @@ class SlopeLeaps:
     periods: int = int(WORTH)
     since: int = 0
     wait: int = 0
-    starts: deque[LeapStart] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
+    starts: deque[LeapStart] = field(default_factory=lambda: deque(maxlen=16))
     gone: int = 0
     end: FloatArray = field(default_factory=lambda: np.zeros(0))
 
@@ -458,7 +450,8 @@ class SlopeLeaps:
         """How many periods to try next, after a leap of so many with this strain."""
         least, less, more = self.TIMES
         times = (self.AT_EASE / max(strain, EPS)) ** (1.0 / self.ORDER)
-        return min(int(periods * min(max(times, least), less if failed else more)), FARTHEST)
+        # most periods that a leap goes ahead
+        return min(int(periods * min(max(times, least), less if failed else more)), 2**40)
 
     def _allowed(self, start: FloatArray, way: float, measure: Measure) -> float:
         """What the change at the end of a leap may miss, relative to the change at its beginning."""
@@ -469,20 +462,23 @@ class SlopeLeaps:
     ) -> LocalMap | None:
         """The map next to a state, from a period of each of the states next to it."""
         places, moves = moving
-        most = PROBE * measure.size(start)
+        # finite-difference step for slopes, relative to all slip; at least round-off of the state
+        most = 10.0 * NEGLIGIBLE * measure.size(start)
         least = STATE_ROUND_OFF * float(np.abs(start).max())
         sizes = np.maximum(most / np.linalg.norm(measure.root @ moves, axis=0), least)
         change, slopes = first.change[places], np.zeros((len(places), len(places)))
         # A little behind the nodes that creep on: they slip in all the states next to it.
         toward = change.reshape(-1, len(start) // len(measure.slips) - 1)
         away = np.linalg.norm(toward, axis=1, keepdims=True)
-        behind = start - moves @ (BEHIND * sizes * (toward / np.where(away > 0.0, away, 1.0)).ravel())
+        # four times as far behind as states are moved
+        behind = start - moves @ (4.0 * sizes * (toward / np.where(away > 0.0, away, 1.0)).ravel())
         here, base = start, first
         there = follow(behind)
         if there is not None and there.signature == first.signature:
             here, base = behind, there
         for k, place in enumerate(places):
-            for share in TRIED:
+            # factors of the step, tried until both points have the same contact states: no kink between them
+            for share in (1.0, -1.0, 1e-2, -1e-2, 1e-4):
                 moved = here + share * sizes[k] * moves[:, k]
                 there = follow(moved)
                 if there is None:

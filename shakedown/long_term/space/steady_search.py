@@ -65,12 +65,9 @@ from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import CycleRecord, State, cycles_of
 from shakedown.motion.space.space_events import SpaceEvents
 
-MORE = 3  # budget of extra cycles for slopes, as a multiple of the cycles allowed
 # Change per period, relative to its slip, below which a state counts as periodic: the way to rest is at
 # least half that slip, and would take 1 / (2 PERIODIC) periods.
 PERIODIC = 10 * NEGLIGIBLE
-APART = 4.0  # times the fading part; twice that separates states on both sides of their limit
-NEAR = 1e-5  # what may be left of the way to a cycle along a line, of that so far
 
 
 class SteadySearch:
@@ -100,7 +97,8 @@ class SteadySearch:
     def settle(self) -> LongTermState:
         """Follow cycles until the outcome is clear, the motion stops or the cycles allowed are spent."""
         cycles, most = self.cycles, self.rules.most_cycles
-        while cycles.count < most + min(cycles.probes, MORE * most):
+        # budget of extra cycles for slopes, as a multiple of the cycles allowed
+        while cycles.count < most + min(cycles.probes, 3 * most):
             if not cycles.follow():
                 return self._undecided(self._why_stopped())
             found = self._at_rest() or self._repeats() or self._approaches()
@@ -174,7 +172,8 @@ class SteadySearch:
         states = self.cycles.states
         last, before = (self.measure.size(states[-1 - k].u - states[-1 - k - p].u) for k in (0, p))
         periods = before / (before - last) if before > last else np.inf
-        return APART * last * min(periods, self.rules.most_cycles)
+        # times the fading part; twice that separates states on both sides of their limit
+        return 4.0 * last * min(periods, self.rules.most_cycles)
 
     def _approaches(self) -> LongTermState | None:
         """The outcome where the change falls along a line to a cycle that is next to the state."""
@@ -191,7 +190,8 @@ class SteadySearch:
         slip = float(np.linalg.norm(now.slip * self.measure.slips))
         if now.size > SIX_DIGITS * slip:
             return None
-        if left <= NEAR and decay.slip_lasts(now):
+        # what may be left of the way to a cycle along a line, of that so far
+        if left <= 1e-5 and decay.slip_lasts(now):
             return self._slips_for_ever(p)
         if not decay.comes_to_a_cycle(now, self.measure, PERIODIC * slip):
             self.cycle_since = 0
@@ -441,7 +441,6 @@ def _every_state(problem: Problem) -> tuple[float, float]:
     return (0.0, 0.0) if isinstance(found, Missing) else (found.load_factor, found.lift_off_bound)
 
 
-TIGHTER = 0.125  # factor on the uncertainty allowed in leaps from one search to the next that confirms it
 NOT_CERTAIN = "a cycle exists, not certainly the one that this motion reaches"
 
 
@@ -504,7 +503,8 @@ class SteadySearches:
         at_start, done, search = motion.state, motion.done, SteadySearch(motion, begun, rules)
         found, probes = search.settle(), search.cycles.probes
         while search.doubts(found):
-            care *= TIGHTER
+            # of the uncertainty allowed in leaps, from one search to the next that confirms it
+            care *= 0.125
             motion.state = at_start
             motion.enter_cycle(done)
             left = replace(rules, most_cycles=rules.most_cycles - found.cycles_simulated + probes)

@@ -20,20 +20,9 @@ from shakedown.ground.constants import ROUND_OFF, SEVEN_DIGITS
 from shakedown.ground.named_state import entered, inner, summing
 from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.course import HASH_PRIME, Course, End, EventKind, code_of
-from shakedown.motion.space.event_search import (
-    NEVER,
-    end_of_step,
-    expected,
-    first_event,
-)
+from shakedown.motion.space.event_search import NEVER, end_of_step, expected, first_event
 from shakedown.motion.space.rate_choice import choose_rates
-from shakedown.motion.space.smooth_step import (
-    BETWEEN,
-    explicit_step,
-    stop_within,
-    turning,
-    turning_step,
-)
+from shakedown.motion.space.smooth_step import BETWEEN, explicit_step, stop_within, turning, turning_step
 from shakedown.motion.space.space_run import (
     DEGREE,
     EXPLICIT,
@@ -50,18 +39,14 @@ from shakedown.motion.space.space_run import (
 )
 from shakedown.motion.space.speeds import MOST_EXCHANGES, arrange, compute_out, move
 
-AHEAD = 1.05  # length of a step relative to the expected time of the next event
-BESIDE = 0.002  # share of the error of a passage that a step may use regardless of its length
 SAFETY, LEAST = 0.9, 0.2  # bounds on the next step, relative to the last
 MOST = 1.0 / LEAST
 ORDER = 1 / 6  # exponent of the step length as a function of the allowed error
-NEAR_END = 0.9  # share of a step from which on its polynomial is as accurate as its end
 BEYOND = 1.02  # length of a step taken again to meet an event, relative to the time of that …
 SHORTER = 0.85  # … or at most so much of the step: below the 0.9 that goes on to the end of the load step
 STABLE = 2.5  # rotation of a direction towards its limit in an explicit step; it becomes unstable from 3.3 on
 HALF_WAY = 0.5  # share of the time to an apex at the present rate that explicit steps may take
 GAIN = 5.0  # cost of such a step relative to an explicit one
-TURNS = 1.5  # rotation in an explicit step from which on such a step is tried
 GAUSS = 0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)  # shares of a step …
 GAUSS_WEIGHTS = 5 / 18, 8 / 18, 5 / 18  # … at which speeds give a length
 
@@ -160,7 +145,8 @@ def smooth_path(run: SpaceRun) -> int:
                 return End.NO_RATES
             continue
         share, node, kind = first_event(run, h)
-        if share * h > ROUND_OFF and share < NEAR_END and error > allowed_error(course, ct, share * h):
+        # share of a step from which on its polynomial is as accurate as its end
+        if share * h > ROUND_OFF and share < 0.9 and error > allowed_error(course, ct, share * h):
             try_next(st, ct, min(BEYOND * share, SHORTER) * h)
             continue
         lengthen(st, ct, h, used)
@@ -219,7 +205,8 @@ def next_length(sp: Slipping, rest: float, free: float, event: float) -> float:
     """The step to try: not far beyond the next event, and without leaving a short remainder."""
     if sp.s == 0:
         return rest
-    h = AHEAD * event
+    # length of a step relative to the expected time of the next event
+    h = 1.05 * event
     if h < min(free, 0.9 * rest):
         return max(h, LEAST * min(free, rest))
     if free > 0.9 * rest:
@@ -258,7 +245,8 @@ def choose_step(run: SpaceRun, rest: float) -> float:
     st.method = EXPLICIT
     short = min(h, most)
     jumps = far > HALF_WAY * apex and apex < ct.apex_ahead
-    stiff = ct.wait == 0 and far > GAIN * short and short * fastest > TURNS
+    # rotation in an explicit step from which on such a step is tried
+    stiff = ct.wait == 0 and far > GAIN * short and short * fastest > 1.5
     if jumps or stiff:
         st.method = RADAU
         return far
@@ -281,7 +269,8 @@ def take_step(run: SpaceRun, h: float) -> float:
 @inner
 def allowed_error(course: Course, ct: StepControl, h: float) -> float:
     """The error allowed for a step of this length [length]."""
-    return ct.accuracy * ct.length_scale * (h / course.steps + BESIDE)
+    # share of the error of a passage that a step may use regardless of its length
+    return ct.accuracy * ct.length_scale * (h / course.steps + 0.002)
 
 
 @inner

@@ -33,8 +33,6 @@ from shakedown.motion.space.speeds import (
     substitute,
 )
 
-SAME_DIRECTION = NEGLIGIBLE / 10  # tolerance on the slip direction of a node at the apex
-ATTEMPTS = 60  # attempts to choose the states of nodes at the apex
 PATIENCE = 3
 
 
@@ -97,7 +95,8 @@ def choose_rates(run: SpaceRun) -> bool:
     for k in range(3 * n):
         rates.held[k] = mo.u[k]
     found, in_turn = False, not rises_from_nothing(run, apexes)
-    for _ in range(1 + ATTEMPTS * apexes if in_turn else 0):
+    # so many attempts to choose the states of nodes at the apex
+    for _ in range(1 + 60 * apexes if in_turn else 0):
         if not find_all_rates(run):
             break
         if apexes == 0 or not change_apex(run):
@@ -395,7 +394,8 @@ def apex_breaks(run: SpaceRun, i: int, zero_rate: float, zero_speed: float) -> b
     while sp.node[a] != i:
         a += 1
     mu, dx, dy = st.mu[a], mo.direction[2 * i], mo.direction[2 * i + 1]
-    if mu > 0.0 and p >= -zero_rate and abs(dx * y - dy * x) <= SAME_DIRECTION * max(abs(x), abs(y)):
+    # tolerance on the slip direction of a node at the apex
+    if mu > 0.0 and p >= -zero_rate and abs(dx * y - dy * x) <= NEGLIGIBLE / 10 * max(abs(x), abs(y)):
         return False
     ax, ay, b = of_slip(joint, i, dx, dy)
     ax, ay, b = x - mu * ax, y - mu * ay, p - mu * b  # the rates while it sticks

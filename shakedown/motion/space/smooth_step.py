@@ -73,7 +73,6 @@ OF_RADAU[: len(PLACES)] = lagrange(PLACES) / np.arange(1, DEGREE + 1)
 BETWEEN = np.stack(
     [OF_PAIR, OF_RADAU]
 )  # weights of the rates at the stages in the powers of the share of a step
-MOST_RETURNS = 8  # iterations that return to the cones
 FAILED = -1.0  # instead of an error: the motion is unstable somewhere in the step
 
 
@@ -125,7 +124,8 @@ def weighted(sp: Slipping, ct: StepControl, a: int, x: float, y: float) -> float
 def return_to_cones(course: Course, mo: SpaceMotion, sp: Slipping, st: Step, h: float) -> float:
     """Move the state within the step along the directions of slip until |q| = f p: what is left [force]."""
     s, q, slip, worst = sp.s, st.stage_q, st.slip, np.inf
-    for _ in range(MOST_RETURNS):
+    # iterations that return to the cones
+    for _ in range(8):
         last, worst = worst, 0.0
         for a in range(s):
             p = sp.p[a] + h * sp.load_p[a]
@@ -205,7 +205,6 @@ INWARD = PLACES[1:, None] ** np.arange(1, 4) / np.arange(1, 4) @ lagrange(PLACES
 OF_ESTIMATE = (
     0.2748888295956773  # the reciprocal of the real eigenvalue of the inverse of INWARD, as Hairer's
 )
-FAST = 0.2  # approximate rotation of a direction towards its limit in a step, above which a node is fast
 MOST_TURN = 0.5  # largest change of an angle in one round
 BACK = lagrange(PLACES[1:])[:, 0]  # weights of the rates at the stages in their polynomial at the beginning
 
@@ -229,7 +228,8 @@ def find_fast(sp: Slipping, st: Step, h: float) -> int:
     """The nodes that turn fast, as many as there is room for: how many."""
     count = 0
     for a in range(sp.s):
-        if count < MOST_FAST and h * turning(sp, st, a, h) > FAST:
+        # approximate rotation of a direction towards its limit in a step, above which a node is fast
+        if count < MOST_FAST and h * turning(sp, st, a, h) > 0.2:
             st.fast[count] = a
             count += 1
     return count

@@ -46,7 +46,6 @@ from shakedown.motion.viscous_jump import Relaxation, StepEnd, ViscousJoint
 
 LABOUR = 1_000_000  # operations after which the steps of integration are counted
 MOST_TAKEN = 1_000  # largest number of these in an implicit step; beyond that it is solved as a whole
-MANY_SWEEPS = 1_000  # over the nodes in such a solution; it can also be tried shorter
 
 
 def end_at_once(
@@ -107,7 +106,8 @@ class DirectedJump(Relaxation):
     def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         end = None if self.at_once else self._followed(stiffer, path)
         if self.at_once:
-            end = end_at_once(stiffer, self.law, True, self.scale, self.u, path[1], MANY_SWEEPS)
+            # so many sweeps over the nodes: the step can also be tried shorter
+            end = end_at_once(stiffer, self.law, True, self.scale, self.u, path[1], 1_000)
             self.at_once = end is not None  # the path of a shorter step may not be too long
         return end
 
@@ -163,11 +163,6 @@ class DirectedJump(Relaxation):
                 return None
         u[layout.gaps][self.contact != OPEN] = 0.0
         return u
-
-
-MOST_PASSED = 10  # instants of a cycle passed by implicit steps
-MOST_SHORTENED = 8  # lengths of such steps that are tried
-FEW_SWEEPS = 100  # over the nodes in such a step: one that takes more is too long
 
 
 class SpaceEvents(EventMethod):
@@ -264,11 +259,14 @@ class SpaceEvents(EventMethod):
             return bool(steps)
         little = self.precision.settled / THREE_DIGITS  # too little pressure for a direction of slip
         at_apex = (reaction[self.problem.layout.gaps] <= little) & (self.problem.f > 0.0)
-        if self._passed == MOST_PASSED or not (at_apex & (self.contact != OPEN)).any():
+        # instants of a cycle passed by implicit steps
+        if self._passed == 10 or not (at_apex & (self.contact != OPEN)).any():
             return False
         allowed, share = self.accuracy * self.scale.length, PER_CENT * rest
-        for _ in range(MOST_SHORTENED):
-            steps = self._implicit_steps(load + np.outer([0.5 * share, share], after - before), FEW_SWEEPS)
+        # lengths of such steps that are tried
+        for _ in range(8):
+            # so many sweeps over the nodes: a step that takes more is too long
+            steps = self._implicit_steps(load + np.outer([0.5 * share, share], after - before), 100)
             ends = [mo.u, *(step.u for step in steps)]
             uneven = float(np.abs(np.diff(ends, 2, axis=0)).max()) if len(steps) == 2 else np.inf
             if uneven <= allowed:

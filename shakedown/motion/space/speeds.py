@@ -37,9 +37,6 @@ from shakedown.motion.space.space_run import (
 )
 
 FEW = 12  # slipping nodes up to which equations are always solved anew, and without LAPACK
-MOST_CORRECTIONS = 9  # corrections of speeds with the factors of an earlier stage
-CONTRACTS = 0.25  # share of a rate of slack that may remain after each
-RATE_ROUND_OFF = ROUND_OFF / 10  # relative round-off of rates
 TRANSPOSED = ord("T")
 MOST_EXCHANGES = 60  # exchanges after which the matrix is made afresh, as each adds round-off
 
@@ -339,12 +336,15 @@ def rates_along(sp: Slipping, st: Step, ct: StepControl, stage: int) -> bool:
 @inner
 def correct_speeds(sp: Slipping, ct: StepControl) -> bool:
     """Correct the speeds with old factors until they solve the equations; False where they diverge."""
-    s, last, solved = sp.s, np.inf, max(FOUR_DIGITS * ct.accuracy, RATE_ROUND_OFF) * sp.load_size
-    for _ in range(MOST_CORRECTIONS):
+    # relative round-off of rates
+    s, last, solved = sp.s, np.inf, max(FOUR_DIGITS * ct.accuracy, ROUND_OFF / 10) * sp.load_size
+    # corrections of speeds with the factors of an earlier stage
+    for _ in range(9):
         left = residual_speeds(sp)
         if left <= solved:
             return True
-        if not left < CONTRACTS * last:
+        # share of a rate of slack that may remain after each
+        if not left < 0.25 * last:
             return False
         last = left
         substitute(sp, s, sp.correction)
