@@ -12,12 +12,7 @@ from shakedown import Problem
 from shakedown.assessment.every_limit import open_ends
 from shakedown.ground.shown_values import down, plain
 from shakedown.ground.work_limit import on_one_thread
-from shakedown.report.limit_facts import (
-    assessment_document,
-    averaged_document,
-    nothing_is_known,
-    solve_sheet,
-)
+from shakedown.report.limit_facts import assessment_document, nothing_is_known, solve_sheet
 from shakedown.report.study_facts import critical_sheet
 
 from . import options
@@ -89,10 +84,10 @@ def solve(
         if not proved >= least:
             known = "open" if proved != proved else f"up to λ = {down(proved)}"
             unmet.append(f"--require {claim}={least:g}: not met, proved is {known}")
-    more = ({"required": asked} if asked else {}) | (averaged_document(*between) if between else {})
+    more = {"required": asked} if asked else {}
     sheet = partial(solve_sheet, found, options.file_named(), averaged=between, **shown)
     return Answer(
-        lambda: assessment_document(found, follow=shown["follow"]) | more,
+        lambda: assessment_document(found, between, follow=shown["follow"]) | more,
         # with --quiet the lines on what is not met, and the exit code, are the answer
         None if require and is_quiet() else sheet,
         is_open=nothing_is_known(found),

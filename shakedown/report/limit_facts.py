@@ -446,28 +446,27 @@ def _reached(problem: Problem, upper: Bound, node: int) -> str:
     return said if len(said) <= LONGEST_ENTRY else f"{len(reached)} load steps"
 
 
-def assessment_document(found: Assessment, *, follow: bool = False) -> dict[str, Any]:
-    """What ``shakedown-bounds solve --json`` writes."""
+def assessment_document(
+    found: Assessment, averaged: tuple[Assessment, float] | None = None, *, follow: bool = False
+) -> dict[str, Any]:
+    """What ``shakedown-bounds solve --json`` writes; also of slips and reactions averaged over a radius."""
     limits = found.details
     limit = present(limits.transient) if follow else None
     absent = limits.absent | {"friction": limits.friction, "sensitivities": limits.sensitivities["upper"]}
-    missing = {word: each.reason for word, each in absent.items() if isinstance(each, Missing)}
-    return plain(
-        {
-            "problem": found.problem,
-            "pinned": limits.pinned,
-            "assessment": found,
-            **limits.to_dict(),
-            "mesh": limits.mesh,
-            "friction": limits.friction,
-            "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
-            **({"followed": None if limit is None else limit.followed} if follow else {}),
-            **({"missing": missing} if missing else {}),
-        }
-    )
-
-
-def averaged_document(found: Assessment, radius: float) -> dict[str, Any]:
-    """What is known of slips and reactions averaged over a radius."""
-    about = {"radius": radius, "nodes": found.problem.n} | found.to_dict()
-    return {"averaged": plain(about)}
+    document: dict[str, Any] = {
+        "problem": found.problem,
+        "pinned": limits.pinned,
+        "assessment": found,
+        **limits.to_dict(),
+        "mesh": limits.mesh,
+        "friction": limits.friction,
+        "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
+    }
+    if follow:
+        document["followed"] = None if limit is None else limit.followed
+    if missing := {word: each.reason for word, each in absent.items() if isinstance(each, Missing)}:
+        document["missing"] = missing
+    if averaged:
+        one, radius = averaged
+        document["averaged"] = {"radius": radius, "nodes": one.problem.n} | one.to_dict()
+    return plain(document)
