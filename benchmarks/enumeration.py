@@ -10,7 +10,7 @@ import shakedown
 from benchmarks.problems import joint
 from benchmarks.timing import median_time
 from shakedown.bounds.enumeration.intersection import scaled_rows
-from shakedown.bounds.enumeration.tasks import Tree, pieces
+from shakedown.bounds.enumeration.walk_kernel import Tree, pieces
 from shakedown.joint.constraints import constraints
 from shakedown.report.facts import table
 

@@ -17,7 +17,7 @@ from shakedown.assessment.sensitivities import Sensitivities, sensitivities
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.energy.energy_ball import NO_SAFE_SLIP, EnergyBall, energy_ball
 from shakedown.bounds.enumeration.critical import subset_count
-from shakedown.bounds.onset import Onset, first_opening, first_slip
+from shakedown.bounds.onset import Onset, first_opening, first_slip, leaves_cone
 from shakedown.bounds.registry import BOUNDS, BoundKind, Claim, kinds_of, takes_long
 from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, friction_thresholds
 from shakedown.bounds.upper import upper_bound
@@ -32,7 +32,6 @@ from shakedown.joint.contact_surface import surface_of
 from shakedown.joint.hat_functions import coarsened
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.programs.cone_rays import leaves_cone
 
 if TYPE_CHECKING:
     from shakedown.assessment.transient_limit import SlipLimit

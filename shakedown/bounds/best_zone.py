@@ -22,7 +22,6 @@ from shakedown.joint.contact_zone import Zone, contact_zone, coupled_parts
 from shakedown.joint.problem import Problem
 
 PATIENCE = 10  # simultaneous changes allowed without reducing the number of nodes on the wrong side
-ALONE = 4  # single changes per node after which the search ends
 
 Mask = NDArray[np.bool_]
 
@@ -44,7 +43,8 @@ def opened_by_mean_load(problem: Problem, *, friction: bool = True) -> tuple[int
     if problem.C is None:
         return ()
     is_open, best = np.zeros(problem.n, dtype=bool), problem.n + 1
-    patience, alone = PATIENCE, ALONE * problem.n
+    # single changes per node after which the search ends
+    patience, alone = PATIENCE, 4 * problem.n
     while (wrong := _on_the_wrong_side(problem, is_open, friction)).any() and alone:
         if wrong.sum() < best:
             best, patience = int(wrong.sum()), PATIENCE
@@ -105,7 +105,6 @@ def nearest_to_change(zone: Zone, x: FloatArray, load_factor: float) -> tuple[in
 
 
 NEAREST = 4  # nodes nearest to opening or closing that are tried in large joints
-MOST_ZONES = 100  # that are solved in a search: each costs a program
 
 
 @dataclass(frozen=True)
@@ -183,7 +182,8 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
     def visit(nodes: tuple[int, ...]) -> _Visit:
         if nodes in visited:
             return visited[nodes]
-        if len(visited) >= MOST_ZONES:  # counts as without a safe slip, so that the search ends
+        # each costs a program; beyond them one
+        if len(visited) >= 100:  # counts as without a safe slip, so that the search ends
             return _Visit(nodes)
         visited[nodes] = _visit(problem, nodes, tolerances)
         return visited[nodes]

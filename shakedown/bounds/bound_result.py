@@ -142,15 +142,6 @@ class Bound(Result):
         yield from self.evidence._shown()
 
 
-UNSAFE_MEAN = "under the mean load alone no slip keeps every node within its friction limits"
-NO_SAFE_STATE = "no slip keeps every node within its friction limits, even under the mean load alone"
-MOVED = "no slip is safe both under the transient load steps and in the loop, at any load factor"
-ZERO_AMPLITUDE = "zero-amplitude loop: the loading does not change over the period, whatever the load factor"
-RELIEVING = "the periodic part of the loading brings no node nearer to its limits at any load factor"
-NO_DIRECTION = "no direction was found along which slips stay safe at every load factor"
-WEDGING = "wedging: slip along one direction raises the friction limits faster than any load factor needs"
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class LargestLoadFactor(Evidence):
     """What only λ_max has, the largest load factor at which a safe slip exists (thesis (5.16)).

@@ -142,11 +142,9 @@ def _whole(rows: Exact) -> ExactRows:
 
 UPPER_CERTIFIED_UP_TO = 250  # nodes: one program, seconds; several where it is degenerate
 LOWER_CERTIFIED_UP_TO = 40  # nodes: one program per node, about a second
-LOWER_WORK = 5e5  # budget of all pivots, as every node takes dozens where the coupling is round-off
 
 
 NO_VERTEX = "exact arithmetic came to no vertex in a few steps from the solution in floating-point numbers"
-ROUND_OFF_DECIDES = "the exact answer depends on round-off in the stored stiffness"
 
 
 @dataclass(frozen=True)
@@ -235,7 +233,8 @@ def certified_lower(
         return first, Missing(doubt)
     rows = exact_rows(problem)
     program = _collapse_program(rows, first)
-    work = Work(LOWER_WORK)
+    # of all pivots, as every node takes dozens where the coupling is round-off
+    work = Work(5e5)
     best = exact_vertex(program, *_start(program, outcomes[first]), work)
     if best is None or best.status != Status.OPTIMAL:
         return first, Missing(NO_VERTEX)
@@ -292,7 +291,8 @@ def _accepted(
         f"{value:.10g}" if np.isfinite(value) else str(status)
         for value, status in ((exact, certificate.status), (plain, outcome.status))
     )
-    return Disputed(f"{ROUND_OFF_DECIDES}: {digits} on all its digits, {floats} in floats")
+    why = "the exact answer depends on round-off in the stored stiffness"
+    return Disputed(f"{why}: {digits} on all its digits, {floats} in floats")
 
 
 def _left_open(problem: Problem, rows: Constraints, outcome: Solution) -> float:

@@ -14,8 +14,7 @@ from shakedown.bounds.certificate import (
     significant,
 )
 from shakedown.bounds.discs.disc_rows import DiscRows
-from shakedown.bounds.discs.enclosure import UNPROVED, enclosed, proved_infeasible
-from shakedown.bounds.discs.safe_proof import proved_unbounded
+from shakedown.bounds.discs.enclosure import UNPROVED, enclosed, proved_infeasible, proved_unbounded
 from shakedown.bounds.discs.scaled_solution import (
     Carrying,
     UnscaledSolution,
@@ -30,10 +29,6 @@ from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.programs.program import NOWHERE, Solution
 from shakedown.programs.simplex import solve, widest
-
-LOGGER = logging.getLogger("shakedown")
-INACCURATE = "the largest load factor misses its own conditions: a relative residual of {:.1e}"
-SECONDS, BYTES = 1.3e-8, 1100.0  # per node cubed, per node squared: measured on one core with 20 load steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +97,9 @@ def largest_load_factor(
         return found
     missed = _missed(rows, found)
     if not missed <= tolerances.stored_digits:
-        raise SolverError(INACCURATE.format(missed))
+        raise SolverError(
+            f"the largest load factor misses its own conditions: a relative residual of {missed:.1e}"
+        )
     return replace(found, reduced_accuracy=found.reduced_accuracy or missed > tolerances.agreement)
 
 
@@ -125,8 +122,11 @@ def announce(rows: DiscRows) -> None:
     """Say beforehand what a large program takes."""
     n = len(rows.stiffness)
     if n >= LARGE:
-        minutes, gigabytes = np.ceil(SECONDS * n**3 / 60.0), BYTES * n**2 / 2.0**30
-        LOGGER.warning("upper bound of %d nodes: about %.0f min and %.1f GiB", n, minutes, gigabytes)
+        # measured on one core with 20 load steps
+        minutes, gigabytes = np.ceil(1.3e-8 * n**3 / 60.0), 1100.0 * n**2 / 2.0**30
+        logging.getLogger("shakedown").warning(
+            "upper bound of %d nodes: about %.0f min and %.1f GiB", n, minutes, gigabytes
+        )
 
 
 def relieving(rows: DiscRows) -> bool:

@@ -9,12 +9,6 @@ import numpy as np
 
 from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.bound_result import (
-    MOVED,
-    NO_DIRECTION,
-    NO_SAFE_STATE,
-    RELIEVING,
-    WEDGING,
-    ZERO_AMPLITUDE,
     Bound,
     LargestLoadFactor,
     SafeSlip,
@@ -34,8 +28,6 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.program import Program
 from shakedown.programs.simplex import solve
-
-UNLIMITED = 0.75  # share of the largest margin that a bounded one can have from which on it is not bounded
 
 
 @checked
@@ -90,7 +82,8 @@ def safest_slip(zone: Zone, load_factor: float, transient: bool, tolerances: Tol
     status, margin, active = Status.OPTIMAL, found.margin, rows.named(*found.carrying)
     if not residual <= tolerances.feasibility:
         status, slip = Status.INFEASIBLE, np.full(len(slip), nan)
-    elif margin > UNLIMITED * found.cap:
+    # no bounded margin comes so near to the largest that is looked for
+    elif margin > 0.75 * found.cap:
         status, margin, active = Status.UNBOUNDED, inf, ()
     slip, pinned = (zone.slips(slip), zone.pinned) if zone.open_nodes else (slip, rows.half_spaces.pinned)
     reduced = found.reduced_accuracy
@@ -213,14 +206,24 @@ def _of_zone(zone: Zone, transient: bool, certify: bool | None, tolerances: Tole
 
 def _reason(status: Status, rows: DiscRows, with_transient: bool) -> str:
     if status == Status.INFEASIBLE:
-        return MOVED if with_transient else NO_SAFE_STATE
+        return _no_safe_slip(with_transient)
     if status == Status.UNDECIDED:
-        return NO_DIRECTION
+        return "no direction was found along which slips stay safe at every load factor"
     if status == Status.OPTIMAL:
         return ""
     if not relieving(rows):
-        return WEDGING
-    return RELIEVING if rows.e.any() or rows.half_spaces.d.any() else ZERO_AMPLITUDE
+        return (
+            "wedging: slip along one direction raises the friction limits faster than any load factor needs"
+        )
+    if rows.e.any() or rows.half_spaces.d.any():
+        return "the periodic part of the loading brings no node nearer to its limits at any load factor"
+    return "zero-amplitude loop: the loading does not change over the period, whatever the load factor"
+
+
+def _no_safe_slip(with_transient: bool) -> str:
+    if with_transient:
+        return "no slip is safe both under the transient load steps and in the loop, at any load factor"
+    return "no slip keeps every node within its friction limits, even under the mean load alone"
 
 
 def _of_parts(
@@ -233,7 +236,7 @@ def _of_parts(
     part, bound, reason = parts[deciding], found[deciding], found[deciding].reason
     if least > (1.0 + tolerances.feasibility) * bound.load_factor:  # where one is safe another is not
         bound = replace(bound, status=Status.INFEASIBLE, load_factor=nan, certified=None)
-        reason = MOVED if transient else NO_SAFE_STATE
+        reason = _no_safe_slip(transient)
     optimal, slip = bound.status == Status.OPTIMAL, np.full(zone.problem.layout.slip_size, nan)
     if optimal:
         for own, each in zip(parts, zones, strict=True):

@@ -21,7 +21,7 @@ from shakedown.motion.event_history import EventHistory
 from shakedown.plot import style
 from shakedown.plot.paths import Recorded, path_of
 from shakedown.plot.style import Style, Styles, axes_for, finished, style_of
-from shakedown.programs.polygon import corners
+from shakedown.programs.simplex import corners
 
 
 @checked

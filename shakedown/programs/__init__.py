@@ -1,8 +1,8 @@
 """Programs in plain arrays: a linear cost over rows and bounds, or over discs, in floats and exactly.
 
 Reading order: ``program`` (statement of a linear program, numbers near 1, solution and polish of a vertex;
-scaling by powers of two), ``simplex`` (HiGHS, held for many solves; the point with the most slack),
-``cone_rays`` (how far a cone reaches), ``polygon`` (corners in the plane).
+scaling by powers of two), ``simplex`` (HiGHS, held for many solves; the point with the most slack;
+corners of polygons).
 
 Without round-off, through FLINT: ``exact_program`` (systems of integers, optimality of a basis).
 

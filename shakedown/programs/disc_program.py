@@ -210,7 +210,6 @@ def _squared_rotation(axis: FloatArray) -> FloatArray:
 
 
 RANK = np.finfo(float).eps  # relative size, per row, of a diagonal of the factor that counts as zero
-DISTORTED = 1 / SIX_DIGITS  # condition number beyond which reactions are not used as unknowns
 
 Places = NDArray[np.intp]
 Solve = Callable[[FloatArray], FloatArray]
@@ -432,7 +431,8 @@ class DiscProgram:
         if self.rank >= self.reactions_from and (found := shared.reactions) is not None:
             found = found if self.scale is None else found.scaled(self.scale)
             rows = self.blocks[:, 1:].reshape(-1, self.rank)[found.kept]
-            if np.linalg.norm(found.to_y, 1) * np.linalg.norm(rows, 1) < DISTORTED:
+            # reactions of a larger condition number are not used as unknowns
+            if np.linalg.norm(found.to_y, 1) * np.linalg.norm(rows, 1) < 1 / SIX_DIGITS:
                 return found
         return SharedBlocks(self.blocks).in_y
 

@@ -1,18 +1,16 @@
-"""Linear programs: data, scaling, solutions and their polish."""
+"""Linear programs: data, scaling, solutions and their polish; products rounded once."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from math import frexp, ldexp, nan, sqrt
+from math import frexp, fsum, ldexp, nan, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import HALVINGS, FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-
-_HALFWAY = sqrt(0.5)  # halfway between two powers of two, on the scale of exponents
 
 
 @dataclass(frozen=True)
@@ -54,7 +52,8 @@ def power_of_two(size: float) -> float:
     if size <= 0:
         return 1.0
     mantissa, exponent = frexp(size)  # exact, so that powers of two in units change only the exponent
-    return ldexp(1.0, min(exponent, 1023) if mantissa >= _HALFWAY else exponent - 1)
+    # halfway between two powers of two, on the scale of exponents
+    return ldexp(1.0, min(exponent, 1023) if mantissa >= sqrt(0.5) else exponent - 1)
 
 
 def median_size(sizes: FloatArray) -> float:
@@ -244,6 +243,31 @@ def refined(inverse: FloatArray, matrix: FloatArray, right: FloatArray) -> Float
     x = inverse @ right
     residual = right - matrix.astype(np.longdouble) @ x
     return np.asarray(x + inverse @ residual.astype(float))
+
+
+def exact_products(matrix: FloatArray, x: FloatArray) -> FloatArray:
+    """M x with every entry rounded once: products split without error, their sums rounded once.
+
+    Examples
+    --------
+    >>> exact_products(np.array([[1e16, 1.0, -1e16]]), np.ones(3))
+    array([1.])
+    """
+    found = np.empty(len(matrix))
+    x_high = _high(x)
+    x_low = x - x_high
+    for i, row in enumerate(matrix):
+        high = _high(row)
+        low, product = row - high, row * x
+        rest = low * x_low - (((product - high * x_high) - low * x_high) - high * x_low)
+        found[i] = fsum(np.concatenate([product, rest]).tolist())
+    return found
+
+
+def _high(values: FloatArray) -> FloatArray:
+    """The first 26 bits."""
+    lifted = (2.0 ** (HALVINGS // 2) + 1.0) * values
+    return np.asarray(lifted - (lifted - values))
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,12 +24,10 @@ from shakedown.programs.disc_program import DiscProgram, Scaling, Solve
 Newton = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 REACHED = NEGLIGIBLE / 10  # gap and residuals at which the iteration stops
-NEARLY = NEGLIGIBLE  # gap and residuals at which it stops after two iterations without progress
 USABLE = SIX_DIGITS  # the least accuracy where round-off stops it earlier
 PATIENCE = 6  # iterations without progress after which round-off has stopped it
 REFINEMENTS = 3  # at most, of every solution of the normal equations
 STEP = 1 - PER_CENT  # share of the distance to the boundary
-NEAR = 0.5  # residuals, relative to the gap, up to which a point of another program serves as a start
 
 
 class Point(NamedTuple):
@@ -103,7 +101,8 @@ def _shared(rows: DiscProgram, begun: Points) -> Points:
         x, s, y, tau, _ = begun[last - 1]
         short = float(np.linalg.norm(rows.times(x) + s - tau * rows.limits)) / size_h
         left = float(np.linalg.norm(rows.transposed(y) + tau * rows.costs)) / size_c
-        if max(short, left) * tau <= NEAR * float(s @ y):
+        # such a point of another program serves as a start
+        if max(short, left) * tau <= 0.5 * float(s @ y):
             return begun[:last]
     return ()
 
@@ -140,7 +139,8 @@ def _followed(rows: DiscProgram, usable: float, shared: Points, enough: Enough) 
 
 def _patience(accuracy: float) -> int:
     """The number of iterations that may pass without progress."""
-    if accuracy <= NEARLY:
+    # near enough to stop after two iterations without progress
+    if accuracy <= NEGLIGIBLE:
         return 1
     return PATIENCE - 1 if accuracy <= USABLE else 3 * PATIENCE
 

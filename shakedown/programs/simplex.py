@@ -1,4 +1,4 @@
-"""Linear programs: HiGHS from basis to basis, exact to round-off; the point with most slack."""
+"""Linear programs: HiGHS from basis to basis, exact to round-off; the point with most slack; polygons."""
 
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
@@ -8,7 +8,7 @@ import highspy
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import ROUND_OFF, FloatArray
+from shakedown.ground.constants import ROUND_OFF, THREE_DIGITS, FloatArray
 from shakedown.ground.errors import SolverError
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -16,7 +16,6 @@ from shakedown.programs.program import INF, Meeting, Program, Solution, sharpene
 
 FINER = 2.0**14  # factor on costs where HiGHS's tolerance leaves a notable reduced cost
 TOLERANCE = 1e-10  # the smallest that HiGHS accepts
-MOST_PIVOTS = 200  # per row and column; on stiffness that is round-off the simplex may cycle
 _BASIC = highspy.HighsBasisStatus.kBasic
 LOOSENED = ("primal_feasibility_tolerance", "dual_feasibility_tolerance")
 
@@ -78,7 +77,8 @@ def made(program: Program) -> highspy.Highs:
     model.a_matrix_.start_ = np.append(0, np.cumsum(nonzero.sum(axis=1))).astype(np.int32)
     highs = SilentHighs()
     highs.passOptions(_options())
-    highs.setOptionValue("simplex_iteration_limit", MOST_PIVOTS * (rows + columns))
+    # pivots; on stiffness that is round-off the simplex may cycle
+    highs.setOptionValue("simplex_iteration_limit", 200 * (rows + columns))
     if highs.passModel(model) == highspy.HighsStatus.kError:
         raise SolverError(f"HiGHS refuses the linear program of shape {program.matrix.shape}")
     return highs
@@ -268,3 +268,41 @@ def widest(
     if not end.optimal:  # rows without a norm contradict each other, whatever t
         return Widest(np.zeros(columns), -inf, np.zeros(rows), end.reduced_accuracy)
     return Widest(end.x[:-1], float(end.x[-1]), end.multipliers, end.reduced_accuracy)
+
+
+def corners(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """Corners of the polygon M x ≤ r, counter-clockwise, (c, 2).
+
+    Empty where there is none, or none that is bounded and has an interior.
+
+    Parameters
+    ----------
+    matrix, right : (k, 2), (k,)
+        The sides. Rows of zeros are conditions that hold or do not.
+
+    Examples
+    --------
+    >>> sides = np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 1.0]])
+    >>> (corners(sides, np.array([0.0, 0.0, 2.0])).round(9) + 0.0).tolist()
+    [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]]
+    """
+    from scipy.spatial import HalfspaceIntersection, QhullError
+
+    norms = np.linalg.norm(matrix, axis=1)
+    steep = norms > 0
+    if steep.sum() < 3 or (right[~steep] < 0).any():
+        return np.empty((0, 2))
+    sides, distance = matrix[steep] / norms[steep, None], right[steep] / norms[steep]
+    size = float(np.abs(distance).max())
+    far = size / THREE_DIGITS  # a corner that much farther than the sides belongs to an unbounded polygon
+    found = widest(sides, np.ones(len(distance)), distance, cap=far)
+    if not 0 < found.margin < 0.9 * far:
+        return np.empty((0, 2))
+    try:
+        points = HalfspaceIntersection(np.column_stack([sides, -distance]), found.x).intersections
+    except QhullError:
+        return np.empty((0, 2))
+    if not np.isfinite(points).all():
+        return np.empty((0, 2))
+    around = points - found.x
+    return np.asarray(points[np.argsort(np.arctan2(around[:, 1], around[:, 0]))])

@@ -120,15 +120,15 @@ def exact_slack(problem: Problem, slip: np.ndarray, load_factor: float) -> bool:
 @pytest.mark.parametrize("seed", range(4))
 def test_what_is_proved_holds_in_rational_arithmetic(seed):
     """The slip next to the low end is safe exactly; above the high end the program of Clarabel has none."""
-    from shakedown.bounds.discs import enclosure, safe_proof
+    from shakedown.bounds.discs import enclosure
     from shakedown.bounds.discs.disc_rows import disc_rows
     from shakedown.bounds.discs.scaled_solution import scaled_discs, solve_scaled
 
     problem = random_joint(np.random.default_rng(seed), 3)
     rows = disc_rows(problem)
     best = solve_scaled(scaled_discs(rows, -1.0))
-    proof, (slips, _) = safe_proof.proof_of(problem, rows), enclosure.inner_points(rows, best)
-    low, slip = safe_proof.proved_low(proof, best.x, best.load_factor, slips)
+    proof, (slips, _) = enclosure.proof_of(problem, rows), enclosure.inner_points(rows, best)
+    low, slip = enclosure.proved_low(proof, best.x, best.load_factor, slips)
     assert low == pytest.approx(best.load_factor, rel=1e-10)
     assert exact_slack(problem, slip, low)
     assert not exact_slack(problem, slip, low * (1 + 1e-9))
@@ -139,7 +139,7 @@ def test_the_high_end_is_that_of_multipliers_that_balance_exactly(seed):
     """What U3 says is there, found in rational arithmetic: within its bound, in the cones, no higher."""
     from flint import fmpq, fmpq_mat
 
-    from shakedown.bounds.discs import enclosure, safe_proof
+    from shakedown.bounds.discs import enclosure
     from shakedown.bounds.discs.disc_rows import disc_rows
     from shakedown.bounds.discs.scaled_solution import scaled_discs, solve_scaled
 
@@ -149,7 +149,7 @@ def test_the_high_end_is_that_of_multipliers_that_balance_exactly(seed):
     problem = random_joint(np.random.default_rng(40 + seed), 2)
     rows, k = disc_rows(problem), 2 * problem.n
     best = solve_scaled(scaled_discs(rows, -1.0))
-    repair = enclosure.Repair(safe_proof.proof_of(problem, rows))
+    repair = enclosure.Repair(enclosure.proof_of(problem, rows))
     balance = enclosure.fitting(repair, best.y, enclosure.inner_points(rows, best)[1])
     totals = [[sum(exact(balance.y[rows.node == i, c]), fmpq(0)) for c in range(3)] for i in range(problem.n)]
     A, B = (fmpq_mat(len(M), k, exact(M)) for M in (problem.A, problem.B))
@@ -160,7 +160,7 @@ def test_the_high_end_is_that_of_multipliers_that_balance_exactly(seed):
     y = balance.y.copy()
     y[balance.disc, 1:] += delta
     assert np.all(y[:, 0] >= np.hypot(y[:, 1], y[:, 2]))
-    loads = safe_proof.loads(problem)
+    loads = enclosure.loads(problem)
     value = np.vdot(y, loads.c[rows.node]) / -np.vdot(y, loads.e[rows.step, rows.node])
     high = enclosure.proved_high(
         repair, best.y, enclosure.inner_points(rows, best)[1], shakedown.Tolerances()
@@ -191,7 +191,7 @@ def test_a_joint_that_nothing_presses_has_no_load_factor(directions, seed):
 
 
 def test_sums_are_rounded_once():
-    from shakedown.bounds.discs.safe_proof import exact_products
+    from shakedown.programs.program import exact_products
 
     rng = np.random.default_rng(0)
     M, x = rng.normal(size=(20, 30)) * 10.0 ** rng.integers(-8, 8, (20, 30)), rng.normal(size=30)

@@ -115,16 +115,14 @@ def _away(lids: Lids, slack: Exact, slopes: Exact, sizes: Exact) -> Flags:
 
 ACCURACY = {1: SEVEN_DIGITS, 2: FOUR_DIGITS}  # relative, of the load factor, by the number of directions
 PARTS = {1: (1,), 2: (1, FINER**2)}  # numbers of parts of a 96th of the circle, undivided at first
-FIRST_STEP = 64.0  # times the accuracy: first step above what is proved already
 BACK = (0.0, 1e-9, 1e-7, 1e-5)  # relative steps back from a load factor until its conditions are confirmed
-FRICTIONLESS, ROUND_OFF_ALONE = "frictionless", "round-off"
 REASONS = {
-    FRICTIONLESS: "a node without friction slips under any load",
+    "frictionless": "a node without friction slips under any load",
     START: "the first load step, or the mean load, leaves a node without pressure there",
     OWN: "slip of a node does not relieve its own limit",
     TOGETHER: "slips of the nodes may drive each other on",
     ALL_AROUND: "a node may slip in every direction",
-    ROUND_OFF_ALONE: "round-off decides whether the conditions hold",
+    "round-off": "round-off decides whether the conditions hold",
 }
 
 
@@ -317,7 +315,7 @@ def _checked_start(problem: Problem, initial_slip: ArrayLike | None, start_error
 
 def _search(problem: Problem, start: Start, parts: int) -> ArcSearch:
     if problem.law.smooth.size:
-        raise NoLids(FRICTIONLESS, int(problem.law.smooth[0]))
+        raise NoLids("frictionless", int(problem.law.smooth[0]))
     return search_about(ArcLimits(with_free_rigid_slips(problem), *start), parts)
 
 
@@ -327,7 +325,8 @@ def _farthest(search: ArcSearch, known: FoundArcs | None) -> tuple[FoundArcs, No
     accuracy, elastic = ACCURACY[search.cells.d], search.slacks.elastic
     if elastic == inf:
         return replace(low, load_factor=inf), None
-    return farthest(low, max(elastic, (1.0 + FIRST_STEP * accuracy) * low.load_factor), accuracy)
+    # first step above what is proved already, in accuracies
+    return farthest(low, max(elastic, (1.0 + 64.0 * accuracy) * low.load_factor), accuracy)
 
 
 def _confirmed(problem: Problem, start: Start, found: FoundArcs, why: NoLids | None) -> Bound:
@@ -355,7 +354,7 @@ def _confirmed(problem: Problem, start: Start, found: FoundArcs, why: NoLids | N
                 reason="" if load_factor < inf else "no load factor takes any node nearer to slipping",
                 certified=load_factor if exact else None,
             )
-    return replace(_nothing(start, NoLids(ROUND_OFF_ALONE, -1)), status=Status.UNDECIDED)
+    return replace(_nothing(start, NoLids("round-off", -1)), status=Status.UNDECIDED)
 
 
 def _nothing(start: Start, why: NoLids) -> Bound:

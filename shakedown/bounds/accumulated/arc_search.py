@@ -29,8 +29,6 @@ Flags = NDArray[np.bool_]
 
 SECTORS = 96  # sectors of a circle at the start
 FINER = 15  # parts of a cell that is divided
-# least number of arcs in a circle; in wider ones slip in one direction hardly hinders that in another
-WIDEST = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +145,8 @@ class Cells:
             if self.chosen[run[0]]:
                 ends = self.start[run[0]] + np.cumsum(self.size[run])
                 begins = ends - self.size[run]
-                parts = -(-WIDEST * int(ends[-1] - begins[0]) // self.circle)
+                # six or more in a circle: in wider ones slip one way hardly hinders slip another way
+                parts = -(-6 * int(ends[-1] - begins[0]) // self.circle)
                 for low, high in pairwise(np.linspace(begins[0], ends[-1], parts + 1).tolist()):
                     found.append((run[(ends > low) & (begins < high)], low, high))
         return found
@@ -291,7 +290,6 @@ def lids_of(node: Numbers, arc: Numbers, slack: FloatArray, slopes: FloatArray) 
 
 START = "start"
 ALL_AROUND = "all directions"
-STRETCH = 1.001  # largest length of the vectors at corners of cells
 
 
 class Slacks(NamedTuple):
@@ -464,7 +462,8 @@ class ArcSearch:
     def _corners_entered(self, load_factor: float, arcs: Arcs, lids: Lids) -> Numbers:
         """At how many of their corners a node may slip, of cells outside the arcs, (c,)."""
         cells, slack = self.cells, self.slacks.at(load_factor)
-        most = STRETCH * self.limits.reach[:, arcs.node] @ lids.total
+        # largest length of the vectors at corners of cells
+        most = 1.001 * self.limits.reach[:, arcs.node] @ lids.total
         near = np.flatnonzero(~cells.chosen & (slack.min(axis=1) <= most[cells.node]))
         e, k = cells.corners[near], slack.shape[1]
         slopes = self.limits.slopes(cells.node[near].repeat(k), e.reshape(-1, cells.d), arcs)

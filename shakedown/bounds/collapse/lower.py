@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.bounds.bound_result import UNSAFE_MEAN, Bound, Evidence
+from shakedown.bounds.bound_result import Bound, Evidence
 from shakedown.bounds.certificate import (
     LOWER_CERTIFIED_UP_TO,
     Certificate,
@@ -29,7 +29,6 @@ from shakedown.joint.problem import Problem
 from shakedown.programs.program import INF, Solution, power_of_two
 from shakedown.programs.simplex import Simplex
 
-_NEWTON_UP_TO = 12  # nodes; one system of equations for each
 _NEARLY_FIRST = 10 * NEGLIGIBLE  # nodes this close are distinguished by polishing, not by the solver's 1e-10
 
 
@@ -122,7 +121,8 @@ def _multipliers(A: FloatArray, fB: FloatArray) -> tuple[FloatArray, NDArray[np.
     """s of every node as columns, and which of them have settled."""
     try:
         influence: FloatArray = np.asarray(np.linalg.solve(A, fB.T), dtype=float)
-        return _iterated(influence) if len(A) > _NEWTON_UP_TO else _by_newton(influence)
+        # of few nodes one system of equations for each is faster
+        return _iterated(influence) if len(A) > 12 else _by_newton(influence)
     except np.linalg.LinAlgError:
         return np.zeros_like(A), np.zeros(len(A), dtype=bool)
 
@@ -235,7 +235,8 @@ class FirstCollapse(Evidence):
     def proof(self) -> GuaranteeStatus:
         """How far λ_1 is a guarantee; computed when first read, at several times the cost of λ_1."""
         if isnan(self.known.load_factor):
-            return GuaranteeStatus(Guarantee.EVIDENCE, UNSAFE_MEAN, nan, nan)
+            reason = "under the mean load alone no slip keeps every node within its friction limits"
+            return GuaranteeStatus(Guarantee.EVIDENCE, reason, nan, nan)
         return guarantee_status(self.known)
 
     @cached_property

@@ -2,8 +2,7 @@
 
 Reading order: ``disc_rows`` (orthonormal columns for slips; the limits, node by node), ``scaled_solution``
 (the program in numbers near 1, solved: interior points, Newton's method on the active discs; the slip with
-most slack, the mean load), ``safe_proof`` (what proofs are computed with; safe slips, proved), ``enclosure``
-(two load factors with λ_max between them, proved).
+most slack, the mean load), ``enclosure`` (safe slips, and two load factors with λ_max between them, proved).
 
 λ_max in space, call by call:
 

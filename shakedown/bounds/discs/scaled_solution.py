@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
 
 from shakedown.bounds.discs.disc_rows import DiscRows, disc_rows
-from shakedown.bounds.discs.safe_proof import exact_products
 from shakedown.ground.constants import (
     CONE,
     FOUR_DIGITS,
@@ -23,7 +22,7 @@ from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.program import median_size
+from shakedown.programs.program import exact_products, median_size
 from shakedown.programs.self_dual import (
     USABLE,
     Point,
@@ -217,7 +216,6 @@ def _largest(rows: DiscRows) -> FloatArray:
 
 
 NEGATIVE = 10 * ROUND_OFF  # largest slack or multiplier below zero likewise
-ALIKE = (1.0, 1e2)  # ratios of slack to multiplier up to which a limit counts as active
 PROXIMITY = 100 * ROUND_OFF  # regularisation of slips left free by active limits, and of redundant limits
 
 
@@ -253,7 +251,8 @@ def polished(program: DiscProgram, end: SelfDualSolution, *, proves: bool = True
     if end.status != Status.OPTIMAL:
         return end
     best, left = end, _left(program, end)
-    for alike in ALIKE:
+    # ratios of slack to multiplier up to which a limit counts as active
+    for alike in (1.0, 1e2):
         with np.errstate(all="ignore"):  # what is not finite is not taken
             found = _newton(program, end, _active(program, end, alike))
         rest = _left(program, found) if found is not None else np.inf

@@ -19,8 +19,6 @@ from shakedown.joint.rigid_slips import RigidSlips, rigid_slips
 from shakedown.programs.disc_program import SharedBlocks
 from shakedown.programs.program import power_of_two
 
-EIGENVALUE_ROUND_OFF = 8 * np.finfo(float).eps  # round-off of an eigenvalue per node, relative to the largest
-
 
 @dataclass(frozen=True)
 class EnergyMetric:
@@ -113,7 +111,8 @@ def energy_metric(
     pressed = sizes.reshape(len(B), -1).max(axis=1)  # the largest of a node's directions
     leak = (np.abs(B @ directions) / pressed[:, None]).max(axis=0)
     soft = values <= tolerances.zero_mode * largest
-    free = soft & ((leak <= tolerances.zero_mode) | (values <= len(A) * EIGENVALUE_ROUND_OFF * largest))
+    # round-off of an eigenvalue is this per node, relative to the largest
+    free = soft & ((leak <= tolerances.zero_mode) | (values <= len(A) * 8 * np.finfo(float).eps * largest))
     lasting = np.sqrt(values[~free])
     root = np.zeros((len(lasting), len(A)))
     root[:, kept] = (vectors[:, ~free] * lasting).T / lengths[kept]

@@ -30,7 +30,6 @@ from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.program import typical_size
 from shakedown.programs.self_dual import Enough, Points, SelfDualSolution, never, solve_discs
 
-INSIDE = 4.0  # margin, in round-offs of a radius, by which a state is in a ball for certain
 MOST = 1 - PER_CENT  # largest f |c|: the proof needs less than 1
 
 
@@ -285,7 +284,8 @@ def ball_around(
 
         def inside(y: FloatArray, multipliers: FloatArray) -> bool:
             radius, margin = _largest_margin(about, y)
-            return not best and margin > INSIDE * tolerances.feasibility * radius
+            # so many round-offs of the radius inside, a state is in a ball for certain
+            return not best and margin > 4.0 * tolerances.feasibility * radius
 
         program, unit = about.margin_program(), about.unit_of_radius / about.length
         allowed = partial(_largest_margin, about)

@@ -15,7 +15,6 @@ from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.program import power_of_two
 
 DIGITS = 2**80  # denominator to which a square root is rounded up
-UNIT = Fraction(1, 2**53)  # round-off of one operation
 
 
 class ExactBall:
@@ -181,5 +180,6 @@ def _least_eigenvalue(matrix: FloatArray) -> Fraction | None:
     except np.linalg.LinAlgError:
         return None
     trace = sum((abs(Fraction(x)) for x in np.diagonal(matrix).tolist()), Fraction(0))
-    found = Fraction(shift) - 2 * (k + 4) * UNIT * trace  # what was rounded on the diagonal included
+    # round-off of one operation is 2⁻⁵³; what was rounded on the diagonal is included
+    found = Fraction(shift) - 2 * (k + 4) * Fraction(1, 2**53) * trace
     return found if found > 0 else None

@@ -31,7 +31,6 @@ from shakedown.joint.result import Result
 
 Progress = Callable[[int, int], None]
 SMALL = 20_000  # up to here batches are done before compiled code is loaded, and all values are kept
-SECONDS_EACH = 4e-8  # of one core for a subset, as the study `enumeration` measured from 10 nodes on
 COUNTABLE = 10**21  # from so many subsets on, neither their number nor a time is told exactly
 MOST_NODES = 10_000  # nodes; limits the digits of the number of subsets
 
@@ -173,7 +172,10 @@ def _walk(
         for chunk in in_batches(combinations(range(len(rows.g)), rows.n + 1)):
             yield solve_subsets(np.array(chunk), scaled, tolerances, values=values)
         return
-    from shakedown.bounds.enumeration.tasks import Tree, pieces  # compiled; loaded only where it is used
+    from shakedown.bounds.enumeration.walk_kernel import (  # compiled; loaded only where it is used
+        Tree,
+        pieces,
+    )
 
     yield from pieces(Tree(scaled, values, feasible_below, tolerances), threads)
 
@@ -199,7 +201,8 @@ def _check_budget(rows: Constraints, total: int, budget: int) -> None:
     """Refuse more subsets than the budget, and say about how long they would take."""
     if total > budget:
         told = f"{total:,}" if total < COUNTABLE else f"about 10^{len(str(total)) - 1}"
-        seconds = SECONDS_EACH * min(total, COUNTABLE)
+        # seconds of one core for a subset, as the study `enumeration` measured from 10 nodes on
+        seconds = 4e-8 * min(total, COUNTABLE)
         time = f"{seconds:.2g} seconds" if seconds < 3600 else f"{seconds / 3600:.2g} hours"
         raise BudgetExceeded(
             f"{told} subsets of {rows.n + 1} rows are more than the budget of {budget:,}; "

@@ -22,7 +22,6 @@ from shakedown.joint.constraints import Constraints
 from shakedown.joint.law import Law
 from shakedown.joint.rigid_slips import RigidSlips
 
-SHARES = (1.0, 1.0 - ROUND_OFF, 1.0 - NEGLIGIBLE, 1.0 - SIX_DIGITS)  # of a program's end that may be inside
 HALVINGS = 12  # bisections between load factors with and without a proof that motions continue
 
 
@@ -154,7 +153,8 @@ def floating_reach(
         return None if grows else still if unique else _without_jumps(limits, still)
     node = int(rows.node[np.linalg.norm(found.y, axis=1).argmax()])
     whole = Reach(found.load_factor, _reactions(joint, found.x), z0, node, "swing")
-    for reach in [whole.part(share) for share in SHARES]:
+    # shares of the end of the program that may be inside
+    for reach in [whole.part(share) for share in (1.0, 1.0 - ROUND_OFF, 1.0 - NEGLIGIBLE, 1.0 - SIX_DIGITS)]:
         if (limits.left(reach.reactions, reach.load_factor)[0] >= 0).all():
             return reach if unique else _without_jumps(limits, reach)
     return None

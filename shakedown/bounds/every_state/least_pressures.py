@@ -21,7 +21,6 @@ from shakedown.ground.constants import (
 )
 
 TRIES = 4  # to exceed their round-off
-WEIGHTINGS = 12  # reweightings of the nodes, each about a digit nearer to the least weighted sum
 
 
 @dataclass(frozen=True)
@@ -203,7 +202,8 @@ def _best_parts(joint: ScaledJoint, Y: FloatArray) -> FloatArray:
     c = np.zeros((len(Y), r))
     if not limits.any():  # then no c costs less than another
         return c
-    for _ in range(WEIGHTINGS):
+    # each about a digit nearer to the least weighted sum
+    for _ in range(12):
         sizes = joint.law.size(Y + c @ Z.T)
         largest = sizes.max(axis=1, keepdims=True)
         weights = limits / np.maximum(sizes, np.where(largest > 0, NEGLIGIBLE * largest, 1.0))

@@ -206,7 +206,6 @@ def unit_slips(joint: ScaledJoint) -> UnitSlips:
 
 
 PARTS = 4  # initial parts of every edge of the cube of rigid motions
-DEEPEST = 6  # largest number of halvings of a box
 MOST = 2_000_000  # boxes times nodes at once; larger cases are not proved
 
 
@@ -275,7 +274,8 @@ class RigidRates:
         half = 1.0 / PARTS
         line = half * (2.0 * np.arange(PARTS) + 1.0) - 1.0
         boxes = np.insert(np.array(list(product(line, repeat=others))), axis, 1.0, axis=1)
-        for _ in range(DEEPEST):
+        # halvings of a box at most
+        for _ in range(6):
             if len(boxes) * self.joint.n > MOST:
                 return False
             sizes = self._sizes(boxes)

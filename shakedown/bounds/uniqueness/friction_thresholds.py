@@ -36,7 +36,6 @@ from shakedown.programs.simplex import solve
 
 LARGEST_PROBLEM = 100  # nodes
 PROGRAMS = 60  # linear programs that one search may take
-QUICK = 16  # of them just below the last slip that wedges; the others halve the bracket
 LARGEST = 1e8  # friction up to which a wedged state is looked for
 NO_REACTION = 100 * ROUND_OFF  # reactions, relative to the terms of their sum, that count as zero
 
@@ -121,7 +120,8 @@ def wedging_threshold(stiffness: ScaledStiffness, safe: float) -> Wedging:
         if np.isinf(high):
             break
         below = max(below, low if lowered else factor)
-        quick = lowered and programs < QUICK
+        # so many just below the last slip that wedges; the others halve the bracket
+        quick = lowered and programs < 16
         factor = min(high if quick else np.sqrt(high * below), high * (1 - NEGLIGIBLE))
     closed = low >= min(high, largest) * (1 - SIX_DIGITS) or high <= least
     low = np.inf if closed and np.isinf(high) else min(low, high)

@@ -14,8 +14,6 @@ from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips, stiffness_error
 
-SPREAD = 4.0  # largest error of eigenvalues of scaled matrices, in units of the error of their entries
-
 
 @dataclass(frozen=True)
 class ScaledStiffness:
@@ -110,7 +108,8 @@ def scaled_stiffness(problem: Problem, friction: FloatArray, tolerances: Toleran
 def _of_the_data(problem: Problem, tolerances: Tolerances) -> Tolerances:
     """The tolerances, with nothing below the accuracy of the data counted as resistance."""
     error = stiffness_error(problem) / FIRST_DIGIT
-    return replace(tolerances, zero_mode=max(tolerances.zero_mode, SPREAD * error))
+    # largest error of eigenvalues of scaled matrices, in units of the error of their entries
+    return replace(tolerances, zero_mode=max(tolerances.zero_mode, 4.0 * error))
 
 
 def exponent(size: float) -> int:
@@ -127,7 +126,6 @@ def held(matrices: FloatArray, tolerances: Tolerances) -> NDArray[np.bool_]:
     return np.asarray(stiff & (eigenvalues[..., 0] > tolerances.zero_mode * eigenvalues[..., -1]))
 
 
-DOUBLE_ROOT = 8 * sqrt(EPS)  # imaginary part, relative to the size, to which round-off parts a double root
 LARGEST_SET = 8  # nodes up to which all sets are tried
 
 
@@ -206,7 +204,8 @@ def _largest_real(matrices: FloatArray) -> FloatArray:
     """The real eigenvalue of largest size of every matrix (…, k, k); 0 where there is none."""
     eigenvalues = np.linalg.eigvals(matrices)
     size = np.abs(eigenvalues)
-    real = np.abs(eigenvalues.imag) <= DOUBLE_ROOT * size
+    # imaginary part, relative to the size, to which round-off parts a double root
+    real = np.abs(eigenvalues.imag) <= 8 * sqrt(EPS) * size
     real &= size > ROUND_OFF * np.abs(matrices).max(axis=(-2, -1))[..., None]
     sizes = np.where(real, size, 0.0)
     place = sizes.argmax(axis=-1)[..., None]

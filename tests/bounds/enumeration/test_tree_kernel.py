@@ -6,7 +6,7 @@ import pytest
 import shakedown
 from benchmarks.problems import joint
 from shakedown import Problem
-from shakedown.bounds.enumeration import critical, tasks
+from shakedown.bounds.enumeration import critical, walk_kernel
 
 
 def half_coupled(seed: int, n: int) -> Problem:
@@ -29,13 +29,13 @@ def twins(seed: int, n: int) -> Problem:
 @pytest.fixture
 def by_tree(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(critical, "SMALL", 0)
-    monkeypatch.setattr(tasks, "BLOCK", 300)
+    monkeypatch.setattr(walk_kernel, "BLOCK", 300)
 
 
 def both_ways(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> tuple:
     plain = shakedown.critical_load_factors(problem, values=True)
     monkeypatch.setattr(critical, "SMALL", 0)
-    monkeypatch.setattr(tasks, "BLOCK", 300)
+    monkeypatch.setattr(walk_kernel, "BLOCK", 300)
     return plain, shakedown.critical_load_factors(problem, values=True)
 
 
