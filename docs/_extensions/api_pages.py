@@ -1,11 +1,14 @@
-"""The reference pages of the public names, from the package itself: what is new appears by itself."""
+"""The reference pages of the public names, from the package itself: what is new appears by itself.
+
+The files themselves hold lists, for readers without the site, which ``python docs/_extensions/api_pages.py``
+writes.
+"""
 
 import importlib
 import inspect
 import re
 from pathlib import Path
-
-from sphinx.application import Sphinx
+from typing import Any
 
 import shakedown
 import shakedown.fem
@@ -43,6 +46,10 @@ def chapter(heading: str, named: list[tuple[str, str]]) -> str:
 
 def top() -> str:
     """The names at the top, by the subpackage that they come from."""
+    return "\n".join(chapter(heading, named) for heading, named in _groups().items())
+
+
+def _groups() -> dict[str, list[tuple[str, str]]]:
     found: dict[str, list[tuple[str, str]]] = {heading: [] for heading in GROUPS}
     for name in shakedown.__all__:
         thing = getattr(shakedown, name)
@@ -53,9 +60,7 @@ def top() -> str:
             (heading for heading, subpackages in GROUPS.items() if subpackage in subpackages), "Others"
         )
         found[heading].append(("shakedown", name))
-    return "\n".join(
-        chapter(heading, sorted(named, key=_class_last)) for heading, named in found.items() if named
-    )
+    return {heading: sorted(named, key=_class_last) for heading, named in found.items() if named}
 
 
 def _class_last(named: tuple[str, str]) -> tuple[bool, str]:
@@ -81,27 +86,65 @@ def _shown(module: str, name: str) -> bool:
 
 def open_subpackage(module: str) -> str:
     """The public names of an open subpackage."""
+    return chapter(f"`{module}`", _open_names(module))
+
+
+def _open_names(module: str) -> list[tuple[str, str]]:
     names = [name for name in sorted(dir(importlib.import_module(module))) if not name.startswith("_")]
-    return chapter(f"`{module}`", [(module, name) for name in names if _shown(module, name)])
+    return [(module, name) for name in names if _shown(module, name)]
 
 
-MARKS = {
+def listed(groups: dict[str, list[tuple[str, str]]]) -> str:
+    """Headings, and below each the names with the first lines of their docstrings."""
+    text = ""
+    for heading, named in groups.items():
+        text += f"\n## {heading}\n\n"
+        for module, name in named:
+            thing = getattr(importlib.import_module(module), name)
+            told = (inspect.getdoc(thing) if callable(thing) else "") or "The kinds of bounds, by name."
+            summary = re.sub(r":[a-z]+:`~?([^`]+)`", r"`\1`", told.partition("\n")[0]).replace("``", "`")
+            text += f"- `{name}`: {summary}\n"
+    return text + "\n"
+
+
+OPEN = ("shakedown.plot", "shakedown.fem")
+END = "<!-- end of names -->"
+MARKS = {  # what the site has in place of a mark, and of the list between it and the end
     "<!-- public names -->": top,
     "<!-- names of the modules -->": modules,
-    "<!-- names of plot and fem -->": lambda: (
-        open_subpackage("shakedown.plot") + "\n" + open_subpackage("shakedown.fem")
+    "<!-- names of plot and fem -->": lambda: "\n".join(map(open_subpackage, OPEN)),
+}
+LISTS = {  # page, mark and list
+    "library.md": ("<!-- public names -->", _groups),
+    "pictures-and-bodies.md": (
+        "<!-- names of plot and fem -->",
+        lambda: {f"`{module}`": _open_names(module) for module in OPEN},
     ),
 }
 
 
-def fill(_: Sphinx, __: str, source: list[str]) -> None:
-    """Put the names where a page has their mark."""
+def written(page: str) -> str:
+    """A page with the list that belongs between its marks."""
+    mark, groups = LISTS[page]
+    head, _, rest = (DOCS / "reference" / page).read_text(encoding="utf-8").partition(mark)
+    return f"{head}{mark}\n{listed(groups())}{END}{rest.partition(END)[2]}"
+
+
+def fill(_: Any, __: str, source: list[str]) -> None:
+    """Put the docstrings where a page has their mark."""
     for mark, names in MARKS.items():
-        if mark in source[0]:
-            source[0] = source[0].replace(mark, names())
+        head, found, rest = source[0].partition(mark)
+        if found:
+            source[0] = head + names() + (rest.partition(END)[2] if END in rest else rest)
 
 
-def setup(app: Sphinx) -> dict[str, bool]:
+def setup(app: Any) -> dict[str, bool]:
     """Read by Sphinx."""
     app.connect("source-read", fill)
     return {"parallel_read_safe": True}
+
+
+if __name__ == "__main__":
+    for page in LISTS:
+        text = written(page)
+        (DOCS / "reference" / page).write_text(text, encoding="utf-8")

@@ -3,6 +3,7 @@
 import ast
 import inspect
 import re
+import runpy
 from pathlib import Path
 
 import pytest
@@ -49,3 +50,10 @@ def code(page):
 def test_every_key_is_explained(page, keys):
     assert len(keys) > 20
     assert [key for key in sorted(keys) if not re.search(rf"\b{key}\b", code(page))] == []
+
+
+@pytest.mark.parametrize("page", ["library.md", "pictures-and-bodies.md"])
+def test_the_lists_of_names_are_those_of_the_package(page):
+    """Written by python docs/_extensions/api_pages.py."""
+    written = runpy.run_path(str(ROOT / "docs" / "_extensions" / "api_pages.py"))["written"](page)
+    assert written == (ROOT / "docs" / "reference" / page).read_text(encoding="utf-8")
