@@ -9,7 +9,7 @@ import click
 
 import shakedown
 from shakedown import Problem
-from shakedown.assessment.every_limit import open_ends
+from shakedown.bounds.bound_result import open_ends
 from shakedown.ground.shown_values import down, plain
 from shakedown.ground.work_limit import on_one_thread
 from shakedown.report.limit_facts import assessment_document, nothing_is_known, solve_sheet

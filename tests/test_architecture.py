@@ -52,7 +52,7 @@ MOST_NAMES = 62  # at the top
 INSIDE = {  # what commands and studies reach for beside public names: checks of targets, the loops that are timed
     ("cli.options", "shakedown.files.atomic_write"),
     ("cli.studies", "shakedown.campaign.pieces"),
-    ("cli.solve", "shakedown.assessment.every_limit"),
+    ("cli.solve", "shakedown.bounds.bound_result"),
     ("benchmarks.floating_joints", "shakedown.joint.rigid_slips"),
     ("benchmarks.decks", "shakedown.models.readers.deck"),
     ("benchmarks.stability", "shakedown.motion.course"),

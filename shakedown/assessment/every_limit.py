@@ -86,26 +86,6 @@ def admitted_up_to(problem: Problem, slip: FloatArray, tolerances: Tolerances = 
     return max(float(np.min(slack[rising] / first[rising], initial=in_discs)), 0.0)
 
 
-def open_ends(*results: Bound | Missing) -> Iterator[str]:
-    """One sentence for each result that is open or disputed.
-
-    A limit that does not exist, like λ_1 with two tangential directions, is not open.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> list(open_ends(shakedown.upper_bound(shakedown.example("two-node"))))
-    []
-    """
-    for result in results:
-        if isinstance(result, Missing):
-            continue
-        if result.undecided:
-            yield f"{result.symbol} is open: {result.reason}"
-        elif result.disputed:
-            yield f"{result.symbol} is disputed: {result.uncertified}"
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class MeshCheck(Result):
     """How far limits depend on a single element.

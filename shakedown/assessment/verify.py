@@ -9,10 +9,10 @@ from functools import cached_property, partial
 from typing import Any, Literal
 
 from shakedown.assessment.assess import Assessment, SecondBounds, assess, independent_findings, second_bounds
-from shakedown.assessment.every_limit import JointLimits, open_ends
+from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.plan import BELOW, NO_ZONE, Case, case_as_given, plan_steps
 from shakedown.assessment.transient_limit import SlipLimit
-from shakedown.bounds.bound_result import Bound
+from shakedown.bounds.bound_result import Bound, open_ends
 from shakedown.bounds.enumeration.critical import CriticalLoadFactors, critical_load_factors
 from shakedown.bounds.registry import Claim, kinds_of, takes_long
 from shakedown.ground.argument_kinds import check_seed

@@ -1,5 +1,6 @@
 """One result for every bound, and the evidence of λ_max and of safe slips."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, fields, replace
 from math import nan
 from typing import Any, ClassVar
@@ -8,6 +9,7 @@ import numpy as np
 
 from shakedown.bounds.registry import BOUNDS
 from shakedown.ground.constants import FloatArray
+from shakedown.ground.errors import Missing
 from shakedown.ground.shown_values import plain
 from shakedown.ground.status import Status
 from shakedown.joint.result import Result
@@ -225,3 +227,23 @@ class SafeSlip(Result):
     reduced_accuracy: bool = False
     open_nodes: tuple[int, ...] = ()
     pinned: tuple[int, ...] = ()
+
+
+def open_ends(*results: Bound | Missing) -> Iterator[str]:
+    """One sentence for each result that is open or disputed.
+
+    A limit that does not exist, like λ_1 with two tangential directions, is not open.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> list(open_ends(shakedown.upper_bound(shakedown.example("two-node"))))
+    []
+    """
+    for result in results:
+        if isinstance(result, Missing):
+            continue
+        if result.undecided:
+            yield f"{result.symbol} is open: {result.reason}"
+        elif result.disputed:
+            yield f"{result.symbol} is disputed: {result.uncertified}"
