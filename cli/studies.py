@@ -135,7 +135,8 @@ def varied(text: str) -> tuple[str, FloatArray] | None:
 @option(
     "--bounds",
     metavar="NAMES",
-    help=f"Limits to compute: some of {','.join(shakedown.BOUNDS)}.  [default: all that the joint has]",
+    help=f"Limits to compute: some of {','.join(shakedown.BOUNDS)}.  [default: all that the joint has but "
+    "creep]",
 )
 @option(
     "--load-factor",

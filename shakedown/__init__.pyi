@@ -3,6 +3,7 @@
 from . import plot as plot
 from .assessment.assess import Assessment as Assessment
 from .assessment.assess import assess as assess
+from .assessment.creep_limit import creep_limit as creep_limit
 from .assessment.damping import damping as damping
 from .assessment.every_limit import ShakedownBounds as ShakedownBounds
 from .assessment.every_limit import shakedown_bounds as shakedown_bounds

@@ -464,7 +464,7 @@ class JointLimits(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Every limit as JSON knows it; what is not there any more is null for one version."""
-        found = {name: getattr(self, name) for name, kind in BOUNDS.items() if kind.claim != Claim.FOLLOWED}
+        found = {name: getattr(self, name) for name, kind in BOUNDS.items() if not kind.simulated}
         words = ("through_transient", "first_slip", "first_opening")
         gone = dict.fromkeys(("box", "closing_box", "core"))
         return {word: plain(getattr(self, word)) for word in words} | plain(found) | gone

@@ -25,6 +25,7 @@ from shakedown.ground.work_limit import all_cores, limited_work, on_one_thread
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.joint.rigid_slips import can_creep
 from shakedown.long_term.node_results import NodeResults, node_results
 from shakedown.long_term.simulation import Simulation, check_slip_below, simulate
 from shakedown.long_term.state import proof_in
@@ -235,6 +236,7 @@ class Verification(Result):
             "friction": present(limits.friction),
             "transient": self.transient,
             "followed": None if self.transient is None else self.transient.followed,
+            **({"creep": present(limits.creep)} if can_creep(self.problem) else {}),
             "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
             **({} if self.slip_limit is None else {"slip_criterion": self.slip_limit}),
             "runs": self.runs,
@@ -410,7 +412,7 @@ def _verified(found: Assessment, settings: Settings, progress: Progress | None) 
         again = _find_bounds(limits, settings.method, begin)
         runs, (second, critical, slip) = _simulated(limits, settings, begin, again, progress)
     findings = list(independent_findings(limits.bounds, second, limits.tolerances))
-    missing = {"λ_T": limits.transient, "the slip limit": slip}
+    missing = {"λ_T": limits.transient, "λ_c": limits.creep, "the slip limit": slip}
     return Verification(
         assessment=found,
         second=second,
@@ -479,6 +481,7 @@ def _simulated(
         begin(lambda: critical_load_factors(limits.problem, values=False) if few else None),
         begin(lambda: None if asked.slip_below is None else limits.slip(asked.slip_below)),
         transient,
+        begin(lambda: limits.creep),
         begin(lambda: limits.friction),
         begin(lambda: limits.mesh),
     ]

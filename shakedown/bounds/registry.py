@@ -26,6 +26,8 @@ class Claim(StrEnum):
         Below it every node keeps a range of slips between its limits.
     FOLLOWED
         Up to it a simulation from the state that is asked about shakes down.
+    CREEP
+        From it on a simulation from the state that is asked about is seen to creep.
     """
 
     EVERY_STATE = "proved from every state"
@@ -33,6 +35,7 @@ class Claim(StrEnum):
     IMPOSSIBLE = "impossible above"
     COLLAPSE = "first collapse"
     FOLLOWED = "simulated from this state"
+    CREEP = "creeps from this state"
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,11 @@ class BoundKind:
     def titled(self) -> str:
         """The symbol and the title, as tables and pictures show them."""
         return f"{self.symbol}, {self.title}"
+
+    @property
+    def simulated(self) -> bool:
+        """Whether it is found by simulations."""
+        return self.claim in (Claim.FOLLOWED, Claim.CREEP)
 
     def exists_for(self, problem: Problem) -> bool:
         """Whether joints of this kind have such a limit."""
@@ -132,6 +140,13 @@ BOUNDS: dict[str, BoundKind] = {
             "simulated from this state",
             Claim.FOLLOWED,
             "shakedown.assessment.transient_limit:of_joint",
+        ),
+        BoundKind(
+            "creep",
+            "λ_c",
+            "least seen to creep from this state",
+            Claim.CREEP,
+            "shakedown.assessment.creep_limit:of_joint",
         ),
         BoundKind("upper", "λ_max", "impossible above", Claim.IMPOSSIBLE, f"{_ALL}.upper:of_joint"),
     )

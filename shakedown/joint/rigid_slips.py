@@ -186,6 +186,19 @@ def can_drift(problem: Problem) -> bool:
     return bool(basis.shape[1] or doubt)
 
 
+def can_creep(problem: Problem) -> bool:
+    """Whether some slip with all nodes closed changes no reaction, or may: only then may a joint creep.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> can_creep(shakedown.example("two-node"))
+    False
+    """
+    rigid = rigid_slips(problem)
+    return bool(rigid.pinned or rigid.doubt)
+
+
 def _without_resistance(values: FloatArray, accuracy: float | None, printed: float) -> tuple[int, str]:
     """How many of the singular values, in increasing order, are no resistance, and what is doubtful about it.
 

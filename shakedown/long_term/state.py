@@ -19,6 +19,7 @@ from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.contact_zone import coupled_parts, of_nodes
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.long_term.creep_proofs import sliding_bodies
 from shakedown.long_term.passage import (
     FirstCycles,
     Passage,
@@ -352,6 +353,17 @@ class LongTermState(SettledState):
         if self.parts and self.proof_found.proved:
             return proof_of_parts([part._margins for part in self.parts])
         return self.proof_found if self.proof_found.best else with_margins(self)
+
+    @cached_property
+    def drift_bounds(self) -> tuple[float, float]:
+        """Between these lies the drift per cycle of every closed motion, in units of the rigid slip.
+
+        By one cycle of this state (docs/creep.md, statement 2); NaN unless the joint is monotone.
+        """
+        bodies = sliding_bodies(self.problem)
+        if len(bodies) != 1 or bodies[0] is None or bodies[0].problem is not self.problem:
+            return nan, nan
+        return bodies[0].drift_enclosure(self.history)
 
     @property
     def cycles_examined(self) -> int:

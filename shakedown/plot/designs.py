@@ -158,6 +158,7 @@ LINES = {  # by what a limit is about; limits of one kind differ in their dashes
     Claim.COLLAPSE: (style.BLACK, "--"),
     Claim.THIS_STATE: (style.BLUE, "-"),
     Claim.FOLLOWED: (style.PURPLE, ":"),
+    Claim.CREEP: (style.PURPLE, "--"),
     Claim.IMPOSSIBLE: (style.RED, "-"),
 }
 NAMES = {

@@ -23,6 +23,7 @@ from shakedown.ground.shown_values import (
 )
 from shakedown.ground.status import Said, Status
 from shakedown.joint.constraints import SIDE_NAMES, loading
+from shakedown.joint.rigid_slips import can_creep
 from shakedown.joint.units import loads_in_words, units_of
 from shakedown.report import facts
 from shakedown.report.data_facts import (
@@ -305,7 +306,8 @@ def limit_sections(found: Assessment, digits: int = FEW_DIGITS, *, simulated: bo
 
 def _known(limits: JointLimits, *, simulated: bool = False) -> list[Bound]:
     """Every kind of limit that the joint has; the simulated ones only where they are asked for."""
-    kinds = [kind for kind in BOUNDS.values() if simulated or kind.claim != Claim.FOLLOWED]
+    kinds = [kind for kind in BOUNDS.values() if simulated or not kind.simulated]
+    kinds = [kind for kind in kinds if kind.claim != Claim.CREEP or can_creep(limits.problem)]
     return [bound for kind in kinds if (bound := getattr(limits, kind.name))]
 
 
@@ -354,7 +356,8 @@ IN_FLOATS = "in floats"
 
 def rounding_of(bound: Bound) -> Rounding:
     """To which side a limit is rounded: up where it excludes what lies above; that of a zone does not."""
-    return "up" if BOUNDS[bound.kind].claim == Claim.IMPOSSIBLE and not bound.open_nodes else "down"
+    above = BOUNDS[bound.kind].claim in (Claim.IMPOSSIBLE, Claim.CREEP)
+    return "up" if above and not bound.open_nodes else "down"
 
 
 def certain(bound: Bound) -> float:
@@ -386,7 +389,7 @@ def _computed(bound: Bound) -> str:
     if isnan(bound.load_factor):
         return "–"
     if bound.certified is None:
-        return "simulated" if BOUNDS[bound.kind].claim == Claim.FOLLOWED else IN_FLOATS
+        return "simulated" if BOUNDS[bound.kind].simulated else IN_FLOATS
     ends = bound.certified if isinstance(bound.certified, tuple) else (bound.certified, bound.load_factor)
     low, high = ends
     size = max(abs(low), abs(high))

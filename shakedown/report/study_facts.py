@@ -303,7 +303,7 @@ def _limits(found: Sweep) -> dict[str, tuple[Claim, FloatArray, Rounding]]:
         claim = BOUNDS[name].claim
         heading = claim.removeprefix("proved from ").removesuffix(" above")
         values = found.from_this_state if claim == Claim.THIS_STATE else found.of_joint(name)
-        rounding: Rounding = "up" if claim == Claim.IMPOSSIBLE else "down"
+        rounding: Rounding = "up" if claim in (Claim.IMPOSSIBLE, Claim.CREEP) else "down"
         if claim in CLAIMED:  # what is not proved of a zone with open nodes may be of the whole joint
             values = np.where(found.in_zone & (values == 0.0), np.nan, values)
         limits[heading if claim in CLAIMED else BOUNDS[name].symbol] = claim, values, rounding

@@ -398,6 +398,8 @@ def _limit(name: str, result: Bound | Missing | None) -> Record:
     followed = BOUNDS[name].claim == Claim.FOLLOWED
     load_factor = nan if followed and status != Status.OPTIMAL else float(result.load_factor)
     ends = (result.proved, result.cycling) if followed else (nan, nan)
+    if BOUNDS[name].claim == Claim.CREEP:
+        ends = (result.proved, load_factor)
     return dict(zip(words, (load_factor, str(status), "; ".join(remarks), *ends), strict=True))
 
 

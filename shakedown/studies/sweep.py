@@ -86,7 +86,8 @@ class Sweep(Result):
     """Result of :func:`sweep`: the limits of the load factor over a grid of one or two parameters.
 
     The load factors of a limit are the attribute of its name in ``BOUNDS``: ``lower`` (λ_1), ``universal``
-    (λ_U), ``energy`` (λ_E), ``accumulated`` (λ_S), ``transient`` (λ_T), ``upper`` (λ_max).
+    (λ_U), ``energy`` (λ_E), ``accumulated`` (λ_S), ``transient`` (λ_T), ``creep`` (λ_c), ``upper``
+    (λ_max).
 
     Arrays have one axis per parameter, in the order of ``parameters``. NaN stands for a limit
     that does not exist, is not known or was not asked for, inf for one at infinity;
@@ -294,6 +295,8 @@ class Sweep(Result):
             if name == "transient":
                 for heading, end in (("proved", "low"), ("cycling", "high")):
                     yield f"{symbol}_{heading}", "1", self._of_limits(name, end, nan).ravel().tolist()
+            if name == "creep":
+                yield f"{symbol}_proved", "1", self._of_limits(name, "low", nan).ravel().tolist()
             yield f"{symbol}_status", "", self.status(name).ravel().tolist()
             if name == "lower":
                 yield "guarantee", "", [point["guarantee"] for point in points]
@@ -357,8 +360,8 @@ def sweep(
     bounds
         Which limits: ``"lower"`` (λ_1), ``"universal"`` (λ_U), ``"energy"`` (λ_E),
         ``"accumulated"`` (λ_S, the :func:`accumulated_bound`),
-        ``"transient"`` (λ_T), ``"upper"`` (λ_max); by default all that the joint has: with two
-        tangential directions λ_U, λ_E, λ_S, λ_T and λ_max.
+        ``"transient"`` (λ_T), ``"creep"`` (λ_c), ``"upper"`` (λ_max); by default all that the joint has
+        but λ_c: with two tangential directions λ_U, λ_E, λ_S, λ_T and λ_max.
     load_factors
         Where to simulate what becomes of the joint from the state asked about.
     initial_slip : (n,), optional
@@ -459,7 +462,7 @@ def _checked_bounds(bounds: Sequence[str] | None, base: Problem | None) -> tuple
     absent = [] if base is None else [name for name, kind in BOUNDS.items() if not kind.exists_for(base)]
     there = tuple(name for name in BOUNDS if name not in absent)
     if bounds is None:
-        return there
+        return tuple(name for name in there if BOUNDS[name].claim != Claim.CREEP)
     names = (bounds,) if isinstance(bounds, str) else tuple(bounds)
     if not names or len(set(names)) < len(names) or not set(names) <= set(there):
         found, where = ", ".join(map(str, names)) or "none", " with two directions" * bool(absent)

@@ -1,0 +1,130 @@
+"""What keeps a body that friction alone holds from creeping: the statements of docs/creep.md, each as a law."""
+
+from dataclasses import replace
+from math import isnan
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import Outcome, Problem
+from shakedown.long_term.creep_proofs import sliding_bodies
+
+# Counter-examples: each shows that a condition of a statement is needed.
+WINDOW = Problem(  # creeps, and above that does not
+    A=[[1.0, -1.0], [-1.0, 1.0]],
+    B=np.zeros((2, 2)),
+    f=1.0,
+    q_w=[[0, 0], [0, 0], [-1, 1], [0, 0], [0, 0], [1, -1], [0, 0], [0, 0]],
+    p_w=[[1, 1.5], *[[1.25, 1.5]] * 3, *[[2, 1.5]] * 3, [1, 1.5]],
+    q_mean=[0.0, 0.0],
+    p_mean=[1.0, 1.5],
+)
+WRONG_SIGNS = Problem(  # A has a positive entry off its diagonal, and creeps below its λ_w
+    A=[[0.5, -1, 0.5], [-1, 3, -2], [0.5, -2, 1.5]],
+    B=np.zeros((3, 3)),
+    f=1.0,
+    q_w=[[1, 1, -2], [1.5, -0.5, -1], [-1, 0.5, 0.5], [-1.5, 0, 1.5]],
+    p_w=np.tile([2.0, 1.5, 1.5], (4, 1)),
+    q_mean=[0, 0, 0],
+)
+ONE_WAY = Problem(  # irreducible both ways, but not every mixture of rows is
+    A=[[1, -0.5, -0.5], [-0.5, 1, -0.5], [-0.5, -0.5, 1]],
+    B=[[0, -0.5, 0.5], [0.5, 0, -0.5], [-0.5, 0.5, 0]],
+    f=1.0,
+    q_w=np.outer([2.0, 0.0, -2.0, 0.0], [1.0, -1.0, 0.0]),
+    p_w=np.ones((4, 3)),
+)
+
+
+def drawn(seed, *, coupled=True):
+    """A random monotone joint with one rigid slip."""
+    rng = np.random.default_rng(seed)
+    n, m = rng.integers(2, 6), rng.integers(3, 8)
+    springs = rng.random((n, n)) * (rng.random((n, n)) < 0.7) + 0.2 * np.eye(n, k=1)
+    springs = np.triu(springs, 1) + np.triu(springs, 1).T
+    f = rng.uniform(0.2, 0.8, n)
+    B = rng.uniform(-0.9, 0.9, (n, n)) * springs / f[:, None] * coupled
+    q0, p0 = 0.2 * rng.normal(size=n), rng.uniform(2, 4, n)
+    return Problem(
+        A=np.diag(springs.sum(axis=1)) - springs,
+        B=B - np.diag(B.sum(axis=1)),
+        f=f,
+        q_w=q0 + rng.normal(size=(m, n)),
+        p_w=p0 + 0.3 * rng.normal(size=(m, n)),
+        q_mean=q0,
+        p_mean=p0,
+    )
+
+
+def mirrored(problem):
+    """The same joint with every slip turned round."""
+    turned = {key: -getattr(problem, key) for key in ("B", "q_w", "q_mean")}
+    return replace(problem, **turned)
+
+
+def test_a_joint_that_is_held_never_creeps():
+    limit = shakedown.creep_limit(shakedown.example("three-node"))
+    assert limit.load_factor == limit.proved == np.inf
+    assert limit.proved_from == "every state, any order"
+    assert sliding_bodies(shakedown.example("three-node")) == ()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_nothing_creeps_below_the_wedge_bound(seed):
+    joint, rng = drawn(seed, coupled=seed % 3 > 0), np.random.default_rng(seed)
+    (body,) = sliding_bodies(joint)
+    assert all(body.monotone)
+    wedge = min(body.wedge_bounds)
+    for _ in range(3):
+        order = rng.permutation(joint.m)
+        other = replace(joint, q_w=joint.q_w[order], p_w=joint.p_w[order])
+        found = shakedown.long_term_state(other, 0.999 * wedge, rng.normal(scale=3.0, size=joint.n))
+        lifted = found.stop is not None  # a node opens: nothing is said then
+        assert lifted or found.outcome in (Outcome.SHAKEDOWN, Outcome.CYCLIC_SLIP)
+    (other,) = sliding_bodies(mirrored(joint))
+    assert other.wedge_bounds == pytest.approx(body.wedge_bounds[::-1])
+
+
+def test_the_wedge_bound_needs_its_signs():
+    (body,) = sliding_bodies(WRONG_SIGNS)
+    assert not any(body.monotone)
+    assert all(isnan(each) for each in body.wedge_bounds)
+    assert shakedown.upper_bound(WRONG_SIGNS).load_factor == pytest.approx(6 / 7)
+    drift = shakedown.long_term_state(WRONG_SIGNS, 1.225).drift
+    assert np.abs(drift).max() == pytest.approx(0.1097, abs=1e-4)
+
+
+def test_drift_may_vanish_above_the_least_load_factor_that_creeps():
+    limit = shakedown.creep_limit(WINDOW)
+    assert limit.load_factor == pytest.approx(10 / 7, rel=1e-5)
+    assert limit.proved <= limit.load_factor
+    assert np.abs(shakedown.long_term_state(WINDOW, 2.0).drift).max() > 0.5
+    assert shakedown.long_term_state(WINDOW, 2.01).outcome == Outcome.CYCLIC_SLIP
+    assert np.abs(shakedown.long_term_state(WINDOW, 3.0).drift).max() == pytest.approx(0.5)
+
+
+def test_one_cycle_encloses_the_drift_only_if_all_mixtures_are_irreducible():
+    (body,) = sliding_bodies(ONE_WAY)
+    assert all(body.monotone)
+    assert not body.all_mixtures_irreducible
+    state = shakedown.long_term_state(ONE_WAY, 1.0, [-1.0, 1.0, 0.0])
+    assert all(isnan(each) for each in body.drift_enclosure(state.history))
+    tied = replace(ONE_WAY, B=0.9 * ONE_WAY.B)
+    assert sliding_bodies(tied)[0].all_mixtures_irreducible
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_one_cycle_encloses_the_drift_from_every_state(seed):
+    joint, rng = drawn(seed), np.random.default_rng(seed)
+    (body,) = sliding_bodies(joint)
+    load_factor = 1.5 * min(body.wedge_bounds)
+    states = [shakedown.long_term_state(joint, load_factor, rng.normal(size=joint.n)) for _ in range(3)]
+    drifts = [state.drift / max(state.period, 1) for state in states if state.stop is None]
+    for state in states:
+        if state.stop is None:
+            first = shakedown.simulate(joint, load_factor, state.initial_slip, record=True).history
+            begin = first.cycle >= first.cycle[-1] - 1.0 - 1e-9
+            low, high = body.drift_enclosure(first.rows(begin))
+            for drift in drifts if low == low else []:
+                assert low - 1e-9 <= drift.min() <= drift.max() <= high + 1e-9
