@@ -128,3 +128,109 @@ def test_one_cycle_encloses_the_drift_from_every_state(seed):
             low, high = body.drift_enclosure(first.rows(begin))
             for drift in drifts if low == low else []:
                 assert low - 1e-9 <= drift.min() <= drift.max() <= high + 1e-9
+
+
+def bearing_ring():
+    """The outer ring of a bearing in a rigid housing, its eight balls going round; 64 nodes, 24 load steps."""
+    pytest.importorskip("skfem")
+    from skfem import MeshQuad
+
+    from shakedown.fem import ElasticBody, Material, Pressure, contact_problem
+
+    count, balls, inner, outer, width = 64, 8, 35.0, 40.0, 18.0
+    angle, radius = np.linspace(0, 2 * np.pi, count, endpoint=False), np.linspace(inner, outer, 4)
+    place = np.array([np.outer(radius, np.cos(angle)).ravel(), np.outer(radius, np.sin(angle)).ravel()])
+    at = np.arange(4)[:, None] * count + np.arange(count)
+    corners = [at[:-1], np.roll(at, -1, axis=1)[:-1], np.roll(at, -1, axis=1)[1:], at[1:]]
+    mesh = MeshQuad(place, np.array([corner.ravel() for corner in corners]))
+    size = 2 * np.pi / count
+
+    def force(middle):
+        def history(t):
+            t = np.asarray(t, float)
+            at = [2 * np.pi * (ball + t) / balls for ball in range(balls)]
+            away = [np.abs((each - middle + np.pi) % (2 * np.pi) - np.pi) / size for each in at]
+            pushed = [3000.0 * np.clip(np.cos(each + np.pi / 2), 0, None) ** 1.5 for each in at]
+            return sum(p * np.clip(1 - d, 0, None) for p, d in zip(pushed, away, strict=True))
+
+        return history
+
+    facets = mesh.facets_satisfying(lambda x: np.hypot(*x) < 1.001 * inner, boundaries_only=True)
+    middles = [np.arctan2(*mesh.p[::-1][:, mesh.facets[:, each]].mean(axis=1)) for each in facets]
+    named = {f"inside {k}": np.array([each]) for k, each in enumerate(facets)}
+    named["outside"] = mesh.facets_satisfying(lambda x: np.hypot(*x) > 0.98 * outer, boundaries_only=True)
+    area = 2 * inner * np.sin(size / 2) * width
+    loads = [Pressure(f"inside {k}", 1 / area, history=force(a)) for k, a in enumerate(middles)]
+    ring = MeshQuad(mesh.p, mesh.t, _boundaries=named)
+    body = ElasticBody(ring, Material(206e3, 0.3), plane="stress", thickness=width, loads=loads)
+    return contact_problem(body, "outside", 0.2, gap=-0.001, steps=24)
+
+
+def test_the_ring_of_a_bearing():
+    ring = bearing_ring()
+    (body,) = sliding_bodies(ring)
+    assert all(body.monotone)
+    assert body.all_mixtures_irreducible
+    assert body.wedge_bounds == pytest.approx([0.656068] * 2, rel=1e-5)
+    low, high = shakedown.long_term_state(ring, 0.7).drift_bounds
+    assert -1e-12 < low <= high < 1e-12
+
+
+@pytest.mark.parametrize("seed", [3, 5, 6])
+def test_programs_in_the_order_of_the_loads_end_where_drift_begins(seed):
+    limit = shakedown.creep_limit(drawn(seed))
+    assert limit.wedge <= limit.proved <= limit.load_factor * (1 + 1e-6)
+    assert not limit.creeps[limit.grid < limit.proved].any()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_constant_forces_beyond_an_interval_make_a_joint_creep(seed):
+    joint = drawn(seed, coupled=False)
+    swing = replace(joint, q_w=joint.q_mean + 0.8 * (joint.q_w - joint.q_mean))
+    limit, rng = shakedown.creep_limit(swing), np.random.default_rng(seed)
+    low, high = limit.force_to_creep
+    assert isnan(low) == (limit.load_factor <= 1)
+    for end in (low, high) if limit.load_factor > 1 else ():
+        for share in (0.99, 1.01):
+            g = end * share * np.eye(joint.n)[seed % joint.n] + joint.A @ rng.normal(scale=0.1, size=joint.n)
+            pushed = replace(swing, q_w=swing.q_w + g, q_mean=swing.q_mean + g)
+            state = shakedown.long_term_state(pushed, 1.0, rng.normal(size=joint.n))
+            assert (share > 1) == (state.outcome == Outcome.RATCHETTING or state.slides_away)
+
+
+def test_creep_is_certain_between_the_sums_and_the_swing_of_a_node():
+    joints = [drawn(seed, coupled=False) for seed in range(40)]
+    found = [(joint, *sliding_bodies(joint)[0].certain_creep) for joint in joints]
+    certain = [each for each in found if not isnan(each[1])]
+    assert certain
+    for joint, low, high in certain:
+        assert shakedown.upper_bound(joint).load_factor == pytest.approx(low)
+        state = shakedown.long_term_state(joint, 0.5 * (low + high))
+        assert state.outcome == Outcome.RATCHETTING
+
+
+def test_a_node_is_held_below_the_bound_of_this_state():
+    rng = np.random.default_rng(0)
+    springs = np.array([[0, 1, 0.5], [1, 0, 1], [0.5, 1, 0]])
+    B = rng.normal(scale=1.2, size=(3, 3))
+    joint = Problem(
+        A=np.diag(springs.sum(axis=1)) - springs,
+        B=B - np.diag(B.sum(axis=1)),
+        f=0.6,
+        q_w=rng.normal(size=(4, 3)),
+        p_w=np.full((4, 3), 5.0),
+    )
+    (body,) = sliding_bodies(joint)
+    assert not all(body.monotone)
+    held, box = body.held_bound(np.zeros(3))
+    assert held > 0
+    assert (box[0] == box[1]).any()
+    limit = shakedown.creep_limit(joint)
+    assert limit.held == held <= limit.proved
+    for _ in range(5):
+        order = np.append(0, 1 + rng.permutation(3))
+        other = replace(joint, q_w=joint.q_w[order])
+        path = shakedown.simulate(other, 0.999 * held, record=True).history
+        assert (np.ptp(path.v, axis=0) <= 1e-12).any()
+        assert (box[0] - 1e-9 <= path.v).all()
+        assert (path.v <= box[1] + 1e-9).all()
