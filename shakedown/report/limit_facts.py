@@ -467,6 +467,7 @@ def assessment_document(
     }
     if follow:
         document["followed"] = None if limit is None else limit.followed
+        document["creep"] = present(limits.creep)
     if missing := {word: each.reason for word, each in absent.items() if isinstance(each, Missing)}:
         document["missing"] = missing
     if averaged:
