@@ -14,7 +14,7 @@ from shakedown.assessment.plan import BELOW, NO_ZONE, Case, case_as_given, plan_
 from shakedown.assessment.transient_limit import SlipLimit
 from shakedown.bounds.bound_result import Bound, open_ends
 from shakedown.bounds.enumeration.critical import CriticalLoadFactors, critical_load_factors
-from shakedown.bounds.registry import Claim, kinds_of, takes_long
+from shakedown.bounds.registry import BOUNDS, Claim, kinds_of, takes_long
 from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.constants import CYCLES, MANY
 from shakedown.ground.errors import Missing, UsageError, present
@@ -412,7 +412,9 @@ def _verified(found: Assessment, settings: Settings, progress: Progress | None) 
         again = _find_bounds(limits, settings.method, begin)
         runs, (second, critical, slip) = _simulated(limits, settings, begin, again, progress)
     findings = list(independent_findings(limits.bounds, second, limits.tolerances))
-    missing = {"λ_T": limits.transient, "λ_c": limits.creep, "the slip limit": slip}
+    missing = {"λ_T": limits.transient, "the slip limit": slip}
+    if BOUNDS["creep"].exists_for(limits.problem):
+        missing["λ_c"] = limits.creep
     return Verification(
         assessment=found,
         second=second,

@@ -147,6 +147,8 @@ BOUNDS: dict[str, BoundKind] = {
             "least seen to creep from this state",
             Claim.CREEP,
             "shakedown.assessment.creep_limit:of_joint",
+            directions=(1,),
+            absent="in space nothing is proved of creep, and it takes long: creep_limit follows the motion",
         ),
         BoundKind("upper", "λ_max", "impossible above", Claim.IMPOSSIBLE, f"{_ALL}.upper:of_joint"),
     )

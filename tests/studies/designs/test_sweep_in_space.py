@@ -43,7 +43,7 @@ def test_of_a_function_that_makes_joints_what_there_is_not_is_undecided_with_the
     [
         (
             {"bounds": ["lower"]},
-            "bounds with two directions: expected some of universal, energy, accumulated, transient, creep, upper, each",
+            "bounds with two directions: expected some of universal, energy, accumulated, transient, upper, each",
         ),
     ],
 )
