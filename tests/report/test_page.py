@@ -276,7 +276,9 @@ def test_every_limit_is_that_of_the_json_rounded_to_the_safe_side(name, request)
         assert is_rounded(shown, exact, above=claim == CLAIMS[2]) if exact else shown == "not proved"
         assert f"{claim} {shown} {margin} {valid}" in page
     words = {kind.symbol: word for word, kind in BOUNDS.items()}
-    for symbol, title, shown, *_ in limits_table(found.limits, simulated=True).rows[: len(words)]:
+    rows = [row for row in limits_table(found.limits, simulated=True).rows if row[0] in words]
+    assert len(rows) >= len(words) - 1  # λ_c only where a slip is rigid
+    for symbol, title, shown, *_ in rows:
         exact = told[words[symbol]]["load_factor"]
         assert is_rounded(shown, exact, above=symbol == "λ_max") if exact else shown == "0"
         assert re.search(rf"{symbol} ?{title} {re.escape(shown)}", page)
