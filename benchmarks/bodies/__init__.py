@@ -2,7 +2,7 @@
 
 ``blocks`` (thesis, chapters III and V, and what is built in), ``classical`` (a press fit, a cylinder on a
 flat), ``dovetail``, ``sphere`` (on a flat, pushed or rolled, of ``patch_compliance``: half-spaces under
-polygons); of solids ``lap_joint`` (two half beams under three bolts), ``bolted_flange`` (a sector of a
-pair of ring flanges), ``blade_root`` (a dovetail on two inclined flanks), drawn out of plans by
-``extrusion``.
+polygons), ``bearing_ring`` (under balls that run round); of solids ``lap_joint`` (two half beams under
+three bolts), ``bolted_flange`` (a sector of a pair of ring flanges), ``blade_root`` (a dovetail on two
+inclined flanks), drawn out of plans by ``extrusion``.
 """

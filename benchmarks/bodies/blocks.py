@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchmarks.bodies.bearing_ring import bearing_ring
 from benchmarks.bodies.blade_root import blade_root
 from benchmarks.bodies.bolted_flange import bolted_flange
 from benchmarks.bodies.classical import cylinder_on_flat, press_fit
@@ -173,4 +174,5 @@ def shipped_blocks() -> dict[str, Problem]:
         "cylinder-on-flat": cylinder_on_flat(),
         "bolted-flange": bolted_flange((8, 2, 2)),
         "blade-root": blade_root((2, 3)),
+        "bearing-ring": bearing_ring(),
     }

@@ -27,8 +27,18 @@ except ImportError as error:
 
 from shakedown.fem.body import ElasticBody, Material, Support
 from shakedown.fem.contact import contact_condensation, contact_problem, modal_load
-from shakedown.fem.loads import BodyForce, Bolt, Displacement, Force, Load, ModalLoad, Pressure, Traction
-from shakedown.fem.mesh import block_mesh, brick_mesh, read_mesh
+from shakedown.fem.loads import (
+    BodyForce,
+    Bolt,
+    Displacement,
+    Force,
+    Load,
+    ModalLoad,
+    Pressure,
+    RollingLoad,
+    Traction,
+)
+from shakedown.fem.mesh import block_mesh, brick_mesh, read_mesh, ring_mesh
 
 __all__ = [
     "BodyForce",
@@ -40,6 +50,7 @@ __all__ = [
     "Material",
     "ModalLoad",
     "Pressure",
+    "RollingLoad",
     "Support",
     "Traction",
     "block_mesh",
@@ -48,4 +59,5 @@ __all__ = [
     "contact_problem",
     "modal_load",
     "read_mesh",
+    "ring_mesh",
 ]

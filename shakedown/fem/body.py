@@ -114,8 +114,8 @@ class BodyLoad(Protocol):
     def support(self) -> Support | None:
         """What the load holds in place, if anything."""
 
-    def case(self, body: "ElasticBody", steps: int | None, rows: slice, size: int) -> LoadCase:
-        """The load case in a model of ``size`` rows where the body has ``rows``."""
+    def cases(self, body: "ElasticBody", steps: int | None, rows: slice, size: int) -> list[LoadCase]:
+        """The load cases in a model of ``size`` rows where the body has ``rows``."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -318,9 +318,10 @@ class _Joint:
     def cases(self, steps: int | None, modal: Sequence[ModalLoad] = ()) -> list[LoadCase]:
         """The load cases of all bodies, then the preloads, then the modes."""
         found = [
-            load.case(b, steps, slice(start, start + b.basis.N), self.size)
+            case
             for b, start in zip(self.bodies, self.starts, strict=True)
             for load in b.loads
+            for case in load.cases(b, steps, slice(start, start + b.basis.N), self.size)
         ]
         for bolt, shortening in self.bolts:
             if bolt.preload:

@@ -1,4 +1,4 @@
-"""Loads on an elastic body, each with its own time function; bolts between two bodies; modes of a joint.
+"""Loads on an elastic body, each with its own time function; rolling elements; bolts; modes of a joint.
 
 A mode is one of the joint whose contact sticks; its inertia forces are a load.
 """
@@ -6,6 +6,7 @@ A mode is one of the joint whose contact sticks; its inertia forces are a load.
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -59,19 +60,21 @@ class Load(ABC):
         """The factor at the load steps, if there is a history; ``steps`` is needed where it is a function."""
         return sampled(self.history, steps, type(self).__name__)
 
-    def case(self, body: ElasticBody, steps: int | None, rows: slice, size: int) -> LoadCase:
+    def cases(self, body: ElasticBody, steps: int | None, rows: slice, size: int) -> list[LoadCase]:
         """The load case in a model of ``size`` rows where the body has ``rows``."""
         force, displacement = np.zeros(size), np.zeros(size)
         force[rows], displacement[rows] = self.nodal(body)
-        return LoadCase(
-            history=self.sampled(steps),
-            force=force,
-            displacement=displacement,
-            mean=self.mean,
-            transient=self.transient,
-            range=self.range,
-            name=type(self).__name__.lower(),
-        )
+        return [
+            LoadCase(
+                history=self.sampled(steps),
+                force=force,
+                displacement=displacement,
+                mean=self.mean,
+                transient=self.transient,
+                range=self.range,
+                name=type(self).__name__.lower(),
+            )
+        ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,6 +159,160 @@ class Displacement(Load):
     def support(self) -> Support:
         """The directions that are prescribed."""
         return Support(self.boundary, self.x is not None, self.y is not None, self.z is not None)
+
+
+QUADRATURE = 12  # Gauss points on each piece of a facet that a rolling element loads
+
+
+@dataclass(frozen=True, eq=False)
+class RollingLoad:
+    """Rolling elements, evenly spaced, that run round on a circular boundary of a plane body.
+
+    Each presses with Hertz's half ellipse of pressure over an arc. A period of the loading is the time in
+    which every element takes the place of the one in front of it: ``elements`` periods are one revolution
+    of the cage.
+
+    Parameters
+    ----------
+    boundary
+        A circle about ``centre``, or an arc of it: the raceway.
+    force
+        Load of an element in the middle of the load zone, from where it falls as cos^3/2 to nothing at a
+        right angle (point contacts without play); or a function of the angle from that middle [force].
+    elements
+        How many there are.
+    half_width
+        Of the arc on which an element presses, along the raceway [length].
+    direction
+        The angle at which the middle of the load zone is, counter-clockwise from the x axis [rad]; below
+        the centre by default.
+    backwards
+        Whether the elements run clockwise.
+    centre
+        Of the raceway [length].
+
+    Raises
+    ------
+    ProblemError
+        If a size is not positive, or the boundary is no circle about the centre in the plane.
+
+    Notes
+    -----
+    Nodal forces are ∫ p N ds over the circle, integrated between the ends of facets, where N is smooth: they
+    converge with the mesh however narrow the arc is. N is taken at the same share of the facet as of its arc.
+
+    Examples
+    --------
+    >>> from shakedown.fem import ElasticBody, Material, ring_mesh
+    >>> ring = ElasticBody(ring_mesh(35.0, 40.0, 32, 2), Material(206e3, 0.3), thickness=18.0)
+    >>> force = RollingLoad("inside", force=3e3, elements=8, half_width=0.3).nodal(ring, 0.0)
+    >>> force.reshape(-1, 2).sum(axis=0).round(2).tolist()  # about 3000 (1 + 2 cos^5/2 45°)
+    [0.0, -5522.64]
+    """
+
+    boundary: str
+    force: float | Callable[[FloatArray], FloatArray]
+    elements: int
+    half_width: float
+    direction: float = -np.pi / 2
+    backwards: bool = False
+    centre: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        check_fields(self, ProblemError)
+        if self.elements < 1 or not 0 < self.half_width < np.inf:
+            raise ProblemError(
+                "RollingLoad: expected elements >= 1 and a finite half_width > 0, found "
+                f"{self.elements}, {self.half_width}"
+            )
+
+    def support(self) -> None:
+        """It holds nothing in place."""
+
+    def cases(self, body: ElasticBody, steps: int | None, rows: slice, size: int) -> list[LoadCase]:
+        """One load case for each load step, which acts at this step alone."""
+        if steps is None:
+            raise ProblemError("RollingLoad: steps: needed to place the elements, found none")
+        found = []
+        for k, history in enumerate(np.eye(steps)):
+            force = np.zeros(size)
+            force[rows] = self.nodal(body, k / steps)
+            found.append(LoadCase(history=history, force=force, name=f"rolling elements at load step {k}"))
+        return found
+
+    def nodal(self, body: ElasticBody, t: float) -> FloatArray:
+        """Consistent nodal forces (N,) at a time t, in periods."""
+        radius, outwards, facets = self._raceway(body)
+        arc = self.half_width / radius  # half the angle that is loaded
+        if not arc < np.pi / self.elements:
+            raise ProblemError(
+                f"RollingLoad: half_width: expected less than {np.pi * radius / self.elements:.3g}, where "
+                f"the elements' arcs meet, found {self.half_width}"
+            )
+        row = np.full((int(body.dofs[:, 0].max()) + 1, 3), -1)
+        row[body.dofs[:, 0], body.dofs[:, 1]] = np.arange(body.basis.N)
+        points, weights = np.polynomial.legendre.leggauss(QUADRATURE)
+        found, sense = np.zeros(body.basis.N), -1.0 if self.backwards else 1.0
+        from_middle = sense * 2 * np.pi * (np.arange(self.elements) + t) / self.elements
+        from_middle = _within_half_a_turn(from_middle)
+        for angle, force in zip(from_middle.tolist(), self._forces(from_middle).tolist(), strict=True):
+            for start, extent, nodes in facets:
+                low = _within_half_a_turn(start + 0.5 * extent - self.direction - angle) - 0.5 * extent
+                # s = b sin φ turns the half ellipse 2 F / (π b) √(1 − s²/b²) ds into 2 F / π cos² φ dφ
+                ends = np.arcsin(np.clip([low / arc, (low + extent) / arc], -1.0, 1.0))
+                if not force or ends[1] <= ends[0]:
+                    continue
+                phi = ends.mean() + 0.5 * np.ptp(ends) * points
+                pressing = force / np.pi * np.ptp(ends) * weights * np.cos(phi) ** 2
+                turn, share = arc * np.sin(phi), (arc * np.sin(phi) - low) / extent
+                at = self.direction + angle + turn
+                towards = outwards * np.array([np.cos(at), np.sin(at)])
+                for node, shape in zip(nodes, _shapes(share, len(nodes)), strict=True):
+                    found[row[node, 1:]] += towards @ (pressing * shape)
+        return found
+
+    def _forces(self, from_middle: FloatArray) -> FloatArray:
+        """The loads of elements at some angles from the middle of the load zone."""
+        if callable(self.force):
+            return np.asarray(self.force(from_middle), dtype=float)
+        return self.force * np.clip(np.cos(from_middle), 0.0, None) ** 1.5
+
+    def _raceway(self, body: ElasticBody) -> tuple[float, float, list[tuple[float, float, list[int]]]]:
+        """Radius; 1 where the body is outside of the circle, else −1; start, extent, nodes of each facet."""
+        if body.dimension != 2:
+            raise ProblemError("RollingLoad: expected a plane body, found a solid one")
+        surface = body.surface(self.boundary)
+        ends = [facet[:2] for facet in surface.facets]
+        arm = body.positions(np.unique(ends)) - self.centre
+        radii = np.hypot(*arm.T)
+        radius = float(radii.mean())
+        if np.ptp(radii) > SIX_DIGITS * radius:
+            raise ProblemError(
+                f"RollingLoad: boundary '{self.boundary}': expected a circle about {self.centre}, found "
+                f"radii from {radii.min():.6g} to {radii.max():.6g}"
+            )
+        facets = []
+        for nodes in surface.facets:
+            angles = np.arctan2(*(body.positions(np.array(nodes[:2])) - self.centre).T[::-1])
+            extent = float(_within_half_a_turn(angles[1] - angles[0]))
+            if extent < 0:
+                nodes, angles, extent = [nodes[1], nodes[0], *nodes[2:]], angles[::-1], -extent
+            facets.append((float(angles[0]), extent, nodes))
+        outside = np.hypot(*(surface.inside - self.centre).T)
+        return radius, 1.0 if outside.mean() > radius else -1.0, facets
+
+
+def _within_half_a_turn(angle: Any) -> Any:
+    """Angles brought into [−π, π)."""
+    return (np.asarray(angle) + np.pi) % (2 * np.pi) - np.pi
+
+
+def _shapes(share: FloatArray, nodes: int) -> list[FloatArray]:
+    """Shape functions of a facet's two ends, and of its middle where it has one, at shares of its length."""
+    ends = [1.0 - share, share]
+    if nodes == 2:
+        return ends
+    return [N * (2.0 * N - 1.0) for N in ends] + [4.0 * ends[0] * ends[1]]
 
 
 def sampled(history: History | None, steps: int | None, what: str) -> ArrayLike | None:

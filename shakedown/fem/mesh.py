@@ -94,6 +94,41 @@ def brick_mesh(
     return _moved(named, named.p, origin)
 
 
+@checked
+def ring_mesh(inside: float, outside: float, around: int, through: int) -> MeshQuad:
+    """A ring about the origin of around × through quadrilaterals with boundaries inside and outside.
+
+    Parameters
+    ----------
+    inside, outside
+        Radii [length].
+    around, through
+        Elements round the ring, at least three, and through it. Node 0 is at angle 0.
+
+    Examples
+    --------
+    >>> mesh = ring_mesh(35.0, 40.0, 64, 3)
+    >>> int(mesh.nvertices), {name: len(facets) for name, facets in sorted(mesh.boundaries.items())}
+    (256, {'inside': 64, 'outside': 64})
+    """
+    if around < 3 or through < 1 or not 0 < inside < outside < inf:
+        raise ProblemError(
+            "ring: expected radii 0 < inside < outside, at least three elements round and one through it, "
+            f"found {inside}, {outside}, {around}, {through}"
+        )
+    angle, radius = 2 * np.pi * np.arange(around) / around, np.linspace(inside, outside, through + 1)
+    points = np.array([np.outer(radius, np.cos(angle)).ravel(), np.outer(radius, np.sin(angle)).ravel()])
+    row, here = around * np.arange(through)[:, None], np.arange(around)
+    first, second = row + here, row + (here + 1) % around
+    corners = np.array([first.ravel(), first.ravel() + around, second.ravel() + around, second.ravel()])
+    return MeshQuad(points, corners).with_boundaries(
+        {
+            "inside": lambda x: np.hypot(*x) < 0.5 * (inside + outside),
+            "outside": lambda x: np.hypot(*x) > 0.5 * (inside + outside),
+        }
+    )
+
+
 def _block(kind: type[Mesh], sides: Sequence[float], elements: Sequence[int], place: Sequence[float]) -> Mesh:
     """A block from the origin on; ``ProblemError`` unless its sides, elements and place make one."""
     if min(elements) < 1 or not all(0 < side < inf for side in sides) or not all(map(isfinite, place)):

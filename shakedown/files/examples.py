@@ -45,6 +45,8 @@ NAMES = (
     # A sector of a bolted flange, and the dovetail root of a blade after its spin; 24 pairs each.
     "bolted-flange",
     "blade-root",
+    # The outer ring of a rolling bearing in a rigid housing: it creeps under eight balls; 64 nodes.
+    "bearing-ring",
 )
 
 

@@ -306,7 +306,15 @@ def test_half_a_receding_block_is_half_of_the_whole():
 
 @pytest.mark.parametrize(
     "name",
-    ["receding-block", "cantilevered-block", "press-fit", "cylinder-on-flat", "bolted-flange", "blade-root"],
+    [
+        "receding-block",
+        "cantilevered-block",
+        "press-fit",
+        "cylinder-on-flat",
+        "bolted-flange",
+        "blade-root",
+        "bearing-ring",
+    ],
 )
 def test_shipped_blocks_are_made_again(name):
     """Every number, to round-off of stiffness and reactions: what vanishes by symmetry is nothing else."""

@@ -1,0 +1,38 @@
+"""The outer ring of a rolling bearing in a rigid housing: rolling elements run round in it."""
+
+from shakedown import Problem
+from shakedown.fem import ElasticBody, Material, RollingLoad, contact_problem, ring_mesh
+
+
+def bearing_ring(
+    around: int = 32, *, through: int = 3, interference: float = 1e-3, force: float = 3e3, f: float = 0.2,
+    steps: int = 24,
+) -> Problem:  # fmt: skip
+    """Outer ring of radii 35 and 40 mm, 18 mm wide, under eight balls; plane stress, quadratic elements.
+
+    Parameters
+    ----------
+    around, through
+        Elements round the ring, with two contact nodes each, and through it.
+    interference
+        Radial; negative is clearance [mm].
+    force
+        Load of the ball in the middle of the load zone, below the centre [N].
+    f
+        Friction coefficient of the seat [–].
+    steps
+        Load steps while each ball takes the place of the one in front of it.
+
+    Examples
+    --------
+    >>> bearing_ring(16, steps=8).n
+    32
+    """
+    balls = RollingLoad("inside", force=force, elements=8, half_width=0.3)
+    steel = Material(206e3, 0.3)
+    ring = ElasticBody(
+        ring_mesh(35.0, 40.0, around, through), steel, plane="stress", thickness=18.0, order=2, loads=[balls]
+    )
+    return contact_problem(
+        ring, "outside", f, gap=-interference, steps=steps, name="bearing ring in a housing", units="N, mm"
+    )
