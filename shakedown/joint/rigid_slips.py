@@ -88,7 +88,7 @@ def rigid_slips(problem: Problem) -> RigidSlips:
     most = float(np.sqrt(size.sum(axis=0).max() * size.sum(axis=1).max()))
     if most == 0.0:
         return _pinned(np.eye(n), lengths, "")
-    motions = _closed(_motions_of_a_body(problem), problem.layout)
+    motions = _closed(motions_of_a_body(problem)[0], problem.layout)
     known = _unresisted(M / most, motions / lengths[:, None], problem)
     R = np.asarray(np.linalg.qr(M - (M @ known) @ known.T, mode="r"))
     values = np.linalg.svd(R, compute_uv=False)[::-1]
@@ -141,7 +141,7 @@ def _rigid_motions(problem: Problem) -> tuple[FloatArray, str]:
     if most == 0.0:
         return np.eye(layout.size), slips.doubt
     scaled = deflated(scaled, basis) / most
-    known = _unresisted(scaled, _motions_of_a_body(problem) / lengths[:, None], problem)
+    known = _unresisted(scaled, motions_of_a_body(problem)[0] / lengths[:, None], problem)
     values, vectors = np.linalg.eigh(deflated(scaled, known))
     order = np.argsort(np.abs(values))
     count, doubt = _without_resistance(
@@ -232,21 +232,23 @@ def _unresisted(matrix: FloatArray, motions: FloatArray, problem: Problem) -> Fl
     return np.asarray(basis @ turn[resistance <= max(stiffness_error(problem), least)].T)
 
 
-def _motions_of_a_body(problem: Problem) -> FloatArray:
+def motions_of_a_body(problem: Problem) -> tuple[FloatArray, float]:
     """Slips and gaps ((d + 1) n, 6) in motions of one body as a whole; (…, 0) where places are not known.
 
-    Three translations of size 1 and three rotations in which no node moves further.
+    Three translations of size 1 and three rotations about the middle of the nodes in which no node moves
+    further; and how far the farthest node is from there, by which a turn of 1 rad is larger.
     """
     layout, normal, places = problem.layout, problem.normal, problem.coordinates
     tangents = problem.tangents if problem.directions > 1 else problem.tangent
     if normal is None or places is None or tangents is None:
-        return np.zeros((layout.size, 0))
+        return np.zeros((layout.size, 0)), 1.0
     arm = places - places.mean(axis=0)
-    arm = arm / (float(np.linalg.norm(arm, axis=1).max()) or 1.0)
+    farthest = float(np.linalg.norm(arm, axis=1).max()) or 1.0
+    arm = arm / farthest
     moved = np.concatenate([np.tile(np.eye(3), (problem.n, 1, 1)), np.cross(np.eye(3), arm[:, None])], axis=1)
     slips = np.einsum("ikx,idx->idk", moved, tangents.reshape(problem.n, -1, 3))
     gaps = np.einsum("ikx,ix->ik", moved, normal)
-    return np.concatenate([slips.reshape(layout.slip_size, 6), gaps])
+    return np.concatenate([slips.reshape(layout.slip_size, 6), gaps]), farthest
 
 
 def _closed(motions: FloatArray, layout: Layout) -> FloatArray:

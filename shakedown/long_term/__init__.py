@@ -16,6 +16,6 @@ by ``simulation.recorded_verdict``. Whatever a search from event to event has fo
 
 What a period does to each node: ``node_results`` (the answer and its files, how it follows from the path; the
 state at instants, as files). Whether its slip stays small is asked by ``simulation``.
-What it does to each load: ``conjugate_displacement``. Where a body that friction alone holds cannot walk:
-``creep_proofs``.
+What it does to each load: ``conjugate_displacement``; to a body that creeps: ``rigid_drift``; where creep is
+excluded: ``creep_proofs``.
 """

@@ -23,6 +23,7 @@ from shakedown.joint.places import wound
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.units import Units, units_of
+from shakedown.long_term.rigid_drift import RigidDrift
 from shakedown.long_term.state import LongTermState, SteppedState
 from shakedown.motion.checked_law import length_scales, path_resolution
 from shakedown.motion.event_history import EventHistory
@@ -96,6 +97,8 @@ class NodeResults(Result):
         981–988), with the pressures of the unworn joint; NaN where k was not given.
     wear_depth : (n,)
         The same over the area [length].
+    rigid_drift : RigidDrift or None
+        How the first body turns and shifts per cycle, where it drifts as a rigid body.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -129,10 +132,12 @@ class NodeResults(Result):
     slip_range_vector: FloatArray | None = None
     normal: FloatArray | None = None
     faces: NDArray[np.intp] | None = None
+    rigid_drift: RigidDrift | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """The words of ``DOCUMENT``, and with two tangential directions the components."""
-        return super().to_dict() | {word: plain(values) for word, values in self._components().items()}
+        """The words of ``DOCUMENT``; with two tangential directions the components; a rigid drift."""
+        more = {} if self.rigid_drift is None else {"rigid_drift": self.rigid_drift.to_dict()}
+        return super().to_dict() | {word: plain(part) for word, part in self._components().items()} | more
 
     def _components(self) -> dict[str, FloatArray]:
         """The components in both directions, by column."""
@@ -394,6 +399,7 @@ def node_results(
         slip_range_vector=None if axes is None else _in_space(problem, extents),
         normal=normals_of(problem),
         faces=faces_of(problem),
+        rigid_drift=settled.rigid_drift,
     )
 
 

@@ -120,8 +120,10 @@ class Simulation(Result):
         return getattr(self.settled, name)
 
     def to_dict(self) -> dict[str, Any]:
-        """The words of ``DOCUMENT``, and the slip criterion where one was asked for."""
+        """The words of ``DOCUMENT``, the slip criterion where one was asked for, a drift as rigid motion."""
         more = {} if self.slip_criterion is None else {"slip_criterion": self.slip_criterion.to_dict()}
+        if self.settled.rigid_drift is not None:
+            more["rigid_drift"] = self.settled.rigid_drift.to_dict()
         return super().to_dict() | more
 
     def _shown(self) -> Iterator[tuple[str, str]]:

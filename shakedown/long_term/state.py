@@ -28,6 +28,7 @@ from shakedown.long_term.passage import (
     is_known,
     proving_bound,
 )
+from shakedown.long_term.rigid_drift import RigidDrift, rigid_drift
 from shakedown.motion.checked_law import path_resolution, scales
 from shakedown.motion.event_history import EventHistory, path_violation
 from shakedown.motion.evolution import Evolution
@@ -104,6 +105,11 @@ class SettledState(Result):
     def separated(self) -> bool:
         """Whether every node stays open: the bodies have come apart."""
         return len(self.open_nodes) == self.problem.n
+
+    @property
+    def rigid_drift(self) -> RigidDrift | None:
+        """The drift as a rigid motion of the first body, per cycle; None where none is known."""
+        return rigid_drift(self.problem, self.outcome, self.period, self.drift)
 
     @property
     def dissipation_per_cycle(self) -> float:

@@ -107,9 +107,15 @@ def said_of_run(problem: Problem, run: Simulation, proved: str = "") -> str:
         return f"{here} it is undecided what the joint does."
     opened = f" with {open_in_words(run.open_nodes, problem)} open" if run.open_nodes else ""
     if run.outcome != Outcome.SHAKEDOWN:
-        return f"{here} the joint {DOES[run.outcome]}: simulated."
+        return f"{here} the joint {DOES[run.outcome]}: simulated.{_drift(problem, run)}"
     how = proved or ("proved" if run.proved else "simulated, not proved")
     return f"{here} the joint {DOES[run.outcome]}{opened}: {how}."
+
+
+def _drift(problem: Problem, found: Simulation | NodeResults) -> str:
+    """The rigid motion in which a body drifts, as a further sentence; empty where there is none."""
+    drift = found.rigid_drift
+    return "" if drift is None else f" {drift.in_words(units_of(problem).length)}"
 
 
 def separated(problem: Problem) -> str:
@@ -196,7 +202,8 @@ def _slips(problem: Problem, slips: dict[str, FloatArray], per_cycle: list[float
 def nodes_sheet(problem: Problem, found: NodeResults, initial: str) -> Sheet:
     """What the nodes that move farthest go through in a period of the long-term state."""
     separate = set(found.status) == {"open"}
-    does = notes.apart if separate else f"The joint {DOES[found.outcome]} at λ = {found.load_factor:.10g}."
+    does = f"The joint {DOES[found.outcome]} at λ = {found.load_factor:.10g}.{_drift(problem, found)}"
+    does = notes.apart if separate else does
     facts = _outcome(problem, found, initial)
     if not found.period:
         return Sheet(headline(problem), [does], None, facts, [Section("", (), (), [notes.no_period])])
