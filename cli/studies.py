@@ -251,6 +251,13 @@ def refine(
 )
 @options.open_nodes
 @option("--from-zero", is_flag=True, help="Every amplitude from that state too; say where it differs.")
+@option(
+    "--states",
+    type=click.IntRange(min=1),
+    help="Also from so many slips that random loads leave: the least and largest damping.",
+)
+@options.seed
+@options.workers
 @options.cycles
 @options.table
 @options.picture

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from math import inf, isnan, nan
@@ -12,8 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.assessment.transient_limit import transient_limit
 from shakedown.bounds.energy.energy_bound import energy_bound
+from shakedown.bounds.every_state.universal_bound import universal_bound
+from shakedown.bounds.named_start import named_start
+from shakedown.campaign.pieces import finished
 from shakedown.files.atomic_write import write_table
-from shakedown.ground.argument_kinds import check_count
+from shakedown.ground.argument_kinds import check_count, check_seed
 from shakedown.ground.constants import CYCLES, NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError, allowed
 from shakedown.ground.shown_values import plain, short, shortened, with_unit
@@ -28,13 +32,40 @@ from shakedown.joint.arguments import (
 )
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.joint.units import LoadUnit, load_units, require_loads, units_of
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.long_term.find_state import long_term_state
+from shakedown.long_term.passage import slip_after_transient
 from shakedown.long_term.state import LongTermState
 
+MOST_STATES = 1_000_000
 # of another amplitude
 UNSTATED: dict[str, Any] = dict.fromkeys(("load_mean", "load_amplitude", "load_units"))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class DampingBand(Result):
+    """What a joint does at each of k amplitudes from s initial slips, as locked-in slips leave them.
+
+    Attributes
+    ----------
+    states : (s, dn)
+        The initial slips [length].
+    displacement, dissipation : (s + 1, k)
+        As of :class:`DampingCurve`, which is row 0; NaN where no loop closes, or the limit cycle is proved
+        to be the same from every state.
+    unique : (k,)
+        Whether that is proved.
+    """
+
+    states: FloatArray
+    displacement: FloatArray
+    dissipation: FloatArray
+    unique: NDArray[np.bool_]
+
+
+BANDS = "dissipation", "secant_stiffness", "loss_factor", "damping_ratio", "frequency"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -76,6 +107,8 @@ class DampingCurve(Result):
         smallest one here that does not; infinite where all do, NaN as before.
     from_zero
         The same with every amplitude from the state given, where that was asked for.
+    band
+        The runs from other initial slips, where these were asked for.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -103,6 +136,42 @@ class DampingCurve(Result):
     proved_limit: float = nan
     simulated_limit: float = nan
     from_zero: "DampingCurve | None" = None
+    band: DampingBand | None = None
+
+    @property
+    def least(self) -> dict[str, FloatArray]:
+        """The least dissipation, stiffness, … (k,) of all states; without other states those of the curve."""
+        return {word: np.fmin.reduce(runs) for word, runs in self._runs().items()}
+
+    @property
+    def largest(self) -> dict[str, FloatArray]:
+        """The largest likewise."""
+        return {word: np.fmax.reduce(runs) for word, runs in self._runs().items()}
+
+    @property
+    def least_state(self) -> dict[str, NDArray[np.intp]]:
+        """Which of ``band.states`` gives the least, (k,); −1: the curve, from the amplitude before."""
+        return {word: np.where(np.isnan(x), np.inf, x).argmin(axis=0) - 1 for word, x in self._runs().items()}
+
+    @property
+    def largest_state(self) -> dict[str, NDArray[np.intp]]:
+        """The same of the largest."""
+        return {
+            word: np.where(np.isnan(x), np.inf, -x).argmin(axis=0) - 1 for word, x in self._runs().items()
+        }
+
+    @property
+    def unique(self) -> NDArray[np.bool_]:
+        """Where the limit cycle is proved to be the only one, (k,): the band is a line there."""
+        return np.zeros(len(self.amplitude), dtype=bool) if self.band is None else self.band.unique
+
+    def _runs(self) -> dict[str, FloatArray]:
+        """The words of ``BANDS``, (1 + s, k), of the curve and of all states."""
+        pairs = [(self.displacement, self.dissipation)]
+        if self.band is not None:
+            pairs = list(zip(self.band.displacement, self.band.dissipation, strict=True))
+        runs = [replace(self, displacement=x, dissipation=D, band=None) for x, D in pairs]
+        return {word: np.array([getattr(run, word) for run in runs]) for word in BANDS}
 
     @property
     def secant_stiffness(self) -> FloatArray:
@@ -143,6 +212,9 @@ class DampingCurve(Result):
     def to_dict(self) -> dict[str, Any]:
         """The words of ``DOCUMENT``, units; where asked for, both from the state given, and what differs."""
         found = super().to_dict() | {"units": self.units}
+        if self.band is not None:
+            ends = ("least", "largest", "least_state", "largest_state", "unique")
+            found |= {"states": len(self.band.states)} | {word: plain(getattr(self, word)) for word in ends}
         if self.from_zero is None:
             return found
         return found | {"from_zero": self.from_zero.to_dict(), "differs": plain(self.differs)}
@@ -174,8 +246,14 @@ class DampingCurve(Result):
                 "displacement_from_start": self.from_zero.displacement,
                 "differs": self.differs,
             }
+        if self.band is not None:
+            for end in ("least", "largest"):
+                columns |= {f"{end}_{word}": values for word, values in getattr(self, end).items()}
+            columns["unique"] = self.unique
         units = self.units if self.unit.load else {}
-        of = {word: units.get(word.removesuffix("_from_start"), "") for word in columns}
+        beside = ("least_", "largest_", "_from_start")
+        own = {word: next((word.replace(x, "") for x in beside if x in word), word) for word in columns}
+        of = {word: units.get(own[word], "") for word in columns}
         write_table(path, {with_unit(word, of[word]): column for word, column in columns.items()})
 
 
@@ -188,6 +266,10 @@ def damping(
     initial_slip: ArrayLike | None = None,
     open_nodes: Iterable[int] | Literal["auto"] = "auto",
     from_zero: bool = False,
+    states: int | ArrayLike | None = None,
+    seed: int = 0,
+    executor: Executor | None = None,
+    workers: int = 1,
     max_cycles: int = CYCLES,
     progress: Callable[[int, int], None] | None = None,
     tolerances: Tolerances = DEFAULT,
@@ -213,12 +295,26 @@ def damping(
         the best zone of open nodes.
     from_zero
         Whether to find also what becomes of every amplitude from the state given, and where that differs.
+    states : int or (s, dn), optional
+        Initial slips besides, from each of which every amplitude is followed, for the least and the largest
+        damping (:attr:`DampingCurve.least`). A number: so many that random transients of the loads, at one
+        amplitude after the other, leave behind, besides slip zero, the given and the critical state.
+    seed
+        Of what is random.
+    executor, workers
+        Who follows the states: an executor of ``concurrent.futures``, or so many processes.
     max_cycles
         Cycles after which an amplitude is undecided.
     progress
-        Called with (amplitudes done, in all).
+        Called with (amplitudes done, in all); of other initial slips, with (states done, in all).
     tolerances
         What decides (:class:`Tolerances`).
+
+    Notes
+    -----
+    The band from some states is no bound for all, unless the limit cycle is proved to be the only one: at
+    amplitudes below λ_U, where no state goes on slipping, and with B = 0, where two periodic motions have the
+    same reactions wherever either slips, so that v̇ − v̇′ changes no reaction; without a rigid slip it is 0.
 
     Raises
     ------
@@ -244,6 +340,7 @@ def damping(
     opened = () if isinstance(open_nodes, str) else node_numbers("open nodes", open_nodes, problem.n)
     check_count("max_cycles", max_cycles)
     number, start = load_number(problem, load), checked_initial_slip(problem, initial_slip)
+    check_seed(seed)
     alone = _alone_varying(problem, number)
     loaded = _LoadedJoint(problem, number, alone, start, opened, max_cycles, tolerances)
     from_start = (loaded.point(each, start, opened)[0] for each in values.tolist() if from_zero)
@@ -254,7 +351,19 @@ def damping(
             progress(len(rows), k * (1 + from_zero))
     other = _curve(loaded, values, rows[k:]) if from_zero else None
     limits = _limits(loaded, values, rows[:k], "auto" if isinstance(open_nodes, str) else opened)
-    return _curve(loaded, values, rows[:k], **limits, from_zero=other)
+    curve = _curve(loaded, values, rows[:k], **limits, from_zero=other)
+    if states is None:
+        return curve
+    slips = _states(loaded, values, states, seed)
+    work = _StateRuns(loaded, values, slips, _proved_unique(loaded, values))
+    each = [np.array([curve.displacement, curve.dissipation]), *[np.zeros(0)] * len(slips)]
+    for done, (which, runs) in enumerate(finished(work, range(len(slips)), executor, workers), start=1):
+        each[1 + which] = runs
+        if progress is not None:
+            progress(done, len(slips))
+    displacement, dissipation = np.stack(each, axis=1)
+    band = DampingBand(states=slips, displacement=displacement, dissipation=dissipation, unique=work.unique)
+    return replace(curve, band=band)
 
 
 _Row = dict[str, Any]
@@ -354,6 +463,57 @@ class _LoadedJoint:
             return nan
         moved = float(np.ptp(load_loops(problem, state).displacement[:, self.load]))
         return 0.5 * moved / abs(load_units(self.problem)[self.load].size)
+
+
+@dataclass(frozen=True)
+class _StateRuns:
+    """A function from the number of a state to displacement and dissipation at all amplitudes, (2, k).
+
+    NaN where the limit cycle is ``unique`` anyway.
+    """
+
+    loaded: _LoadedJoint
+    values: FloatArray
+    states: FloatArray
+    unique: NDArray[np.bool_]
+
+    def __call__(self, number: int) -> FloatArray:
+        found = np.full((2, len(self.values)), nan)
+        for k in np.flatnonzero(~self.unique).tolist():
+            row, _ = self.loaded.point(float(self.values[k]), self.states[number], self.loaded.open_nodes)
+            found[:, k] = row["displacement"], row["dissipation"]
+        return found
+
+
+def _states(loaded: _LoadedJoint, values: FloatArray, states: Any, seed: int) -> FloatArray:
+    """Initial slips (s, dn): those given, or those with a name and what random transients leave."""
+    problem = loaded.problem
+    if not isinstance(states, int | np.integer):
+        given = real_array("states", states)
+        if given.ndim != 2:
+            raise UsageError(
+                f"states: expected a number or slips ({problem.layout.slip_size} a row), found {given.shape}"
+            )
+        return np.array([checked_initial_slip(problem, slip, "states") for slip in given])
+    check_count("states", int(states), MOST_STATES)
+    named = (allowed(named_start, problem, 0.0, word) for word in ("zero", "given", "witness"))
+    found = [slip for slip in named if isinstance(slip, np.ndarray)]
+    for k in range(int(states)):
+        at, generator = loaded.at(float(values[k % len(values)])), np.random.default_rng([seed, k])
+        left = slip_after_transient(*at, generator, tolerances=loaded.tolerances)
+        found += [left] if np.isfinite(left).all() else []
+    return np.array(found)
+
+
+def _proved_unique(loaded: _LoadedJoint, values: FloatArray) -> NDArray[np.bool_]:
+    """Where the limit cycle is proved to be the same from every state, (k,)."""
+    problem = loaded.problem
+    if not problem.B.any() and not rigid_slips(problem).pinned and not rigid_slips(problem).doubt:
+        return np.ones(len(values), dtype=bool)
+    if loaded.alone is None:
+        return np.zeros(len(values), dtype=bool)
+    found = allowed(universal_bound, loaded.alone, tolerances=loaded.tolerances)
+    return np.asarray(values < (found.load_factor if found else 0.0))
 
 
 def _checked_amplitudes(amplitudes: ArrayLike) -> FloatArray:

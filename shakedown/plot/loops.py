@@ -342,6 +342,12 @@ def damping_curve(curve: DampingCurve, *, ax: Axes | None = None) -> Axes:
     right = curve.frequency / (2 * np.pi) if modal else curve.secant_stiffness
     names = ("damping ratio ζ", "frequency") if modal else ("loss factor η", "secant stiffness")
     (one,) = axes.plot(curve.amplitude, left, ".-", color=style.BLUE, lw=1.3, label=names[0])
+    handles: list[Any] = [one]
+    if curve.band is not None:
+        word = "damping_ratio" if modal else "loss_factor"
+        ends, said = (curve.least[word], curve.largest[word]), f"from {len(curve.band.states)} initial slips"
+        handles.append(axes.fill_between(curve.amplitude, *ends, color=style.BLUE, alpha=0.2, label=said))
+        handles += _unique_line(axes, curve, left)
     beside = axes.twinx()
     (other,) = beside.plot(curve.amplitude, right, ".--", color=style.RED, lw=1.1, label=names[1])
     unit = "1/time" if modal else curve.unit.stiffness or "load/displacement"
@@ -354,8 +360,18 @@ def damping_curve(curve: DampingCurve, *, ax: Axes | None = None) -> Axes:
     name = load_title(curve.problem, curve.load)
     finished(axes, f"amplitude of {name} [–]", f"{names[0]} [–]")
     below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.13), "frameon": False}
-    axes.legend(handles=[one, other, *_marks(axes, curve)], fontsize="small", ncols=2, **below)
+    axes.legend(handles=[*handles, other, *_marks(axes, curve)], fontsize="small", ncols=2, **below)
     return axes
+
+
+def _unique_line(axes: Axes, curve: DampingCurve, values: FloatArray) -> list[Any]:
+    """A thicker line where the limit cycle is proved to be the only one."""
+    if not curve.unique.any():
+        return []
+    proved = np.where(curve.unique, values, np.nan)
+    return axes.plot(
+        curve.amplitude, proved, color=style.GREEN, lw=3, alpha=0.5, label="the same from every state"
+    )
 
 
 def _marks(axes: Axes, curve: DampingCurve) -> list[Any]:

@@ -359,6 +359,11 @@ def damping_sheet(problem: Problem, curve: DampingCurve) -> Sheet:
         if not np.isnan(limit):
             at = "at any amplitude" if np.isinf(limit) else f"up to {number(limit, SHOWN, 'down')}"
             facts.append(Fact(f"no damping, {how}", at, note="from the initial state"))
+    if curve.band is not None:
+        same = _numbers(curve.amplitude[curve.unique])
+        facts.append(Fact("initial slips", str(len(curve.band.states)), note="least and largest of all"))
+        note = f"amplitude {', '.join(same)}" if same else "at no amplitude"
+        facts.append(Fact("the same from every state", "proved" if same else "not proved", note=note))
     said = [notes.other_loads] * bool(np.isnan(curve.proved_limit))
     said += [notes.no_displacement] * bool(np.isnan(curve.displacement).all())
     if curve.from_zero is not None:
@@ -381,10 +386,14 @@ def _curve(problem: Problem, curve: DampingCurve) -> Table:
         "displacement": curve.displacement,
         with_unit("loss", units_of(problem).work): curve.dissipation,
     }
+    damped = "η" if np.isnan(curve.load_frequency) else "ζ"
     if np.isnan(curve.load_frequency):
         columns |= {"stiffness": curve.secant_stiffness, "η": curve.loss_factor}
     else:
         columns |= {"ω / 2π": curve.frequency / (2 * np.pi), "ζ": curve.damping_ratio}
+    if curve.band is not None:
+        word = "loss_factor" if damped == "η" else "damping_ratio"
+        columns |= {f"{damped} least": curve.least[word], f"{damped} largest": curve.largest[word]}
     outcomes = [
         "slides away" if slides else f"{outcome}{', proved' * bool(sure)}"
         for outcome, sure, slides in zip(curve.outcome, curve.proved, curve.slides_away, strict=True)

@@ -1,5 +1,6 @@
 """Damping and stiffness over amplitude: closed forms, limits, what does not close."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -284,3 +285,55 @@ def test_built_in_joints_of_meshes_know_their_loads(name):
     assert load_loops(joint, state).areas.sum() == pytest.approx(state.dissipation_per_cycle, rel=1e-7)
     S = joint.load_compliance
     np.testing.assert_allclose(S, S.T, atol=1e-12 * np.abs(S).max())
+
+
+def coupled_pair(B):
+    """The two-node system under one load that varies, beside a constant one."""
+    joint, turn = shakedown.example("two-node"), 2 * np.pi * np.arange(8) / 8
+    unit, history = np.array([[200.0, -500.0, 90.0, -120.0], [15.8, -300.0, 588.5, 1300.0]]), np.ones((8, 2))
+    history[:, 0] = np.cos(turn)
+    return Problem(
+        A=joint.A, B=B, C=joint.C, f=0.35, q_w=(history @ unit)[:, :2], p_w=(history @ unit)[:, 2:],
+        load_reactions=unit, load_history=history, load_compliance=np.diag([2000.0, 1.0]),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("coupled", [True, False])
+def test_a_band_holds_every_run_and_is_a_line_where_the_cycle_is_unique(coupled):
+    """Below λ_U and without coupling all drawn states end alike; at 1.0 it is between rest and 204 per cycle."""
+    joint = shakedown.example("two-node")
+    problem, amplitudes = coupled_pair(joint.B if coupled else 0 * joint.B), np.array([0.6, 1.0, 1.5])
+    band = damping(problem, amplitudes, states=24)
+    assert band.unique.tolist() == [True, not coupled, not coupled]
+    drawn = np.random.default_rng(3).uniform(-3, 3, (40, 2))
+    for k, amplitude in enumerate(amplitudes):
+        ends = [shakedown.long_term_state(problem, amplitude, slip).dissipation_per_cycle for slip in drawn]
+        slack = 1e-6 * band.largest["dissipation"][k] + 1e-9
+        assert band.least["dissipation"][k] - slack <= min(ends)
+        assert max(ends) <= band.largest["dissipation"][k] + slack
+        if band.unique[k]:
+            assert max(ends) - min(ends) <= slack
+    if coupled:
+        low, high = band.least["dissipation"], band.largest["dissipation"]
+        assert (low[1], high[1]) == (0, pytest.approx(203.94, abs=0.01))
+        which = band.largest_state["dissipation"][1]
+        again = damping(problem, [1.0], initial_slip=band.band.states[which])
+        assert again.dissipation[0] == pytest.approx(high[1], rel=1e-9)
+    axes = damping_curve(band)
+    assert "from 26 initial slips" in [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def test_states_may_be_given_and_followed_by_an_executor(tmp_path):
+    problem = coupled_pair(shakedown.example("two-node").B)
+    states = [[0.0, 0.0], [2.0, -1.0], [-1.0, 2.0]]
+    with ThreadPoolExecutor(2) as threads:
+        found = damping(problem, [1.0, 1.5], states=states, executor=threads)
+    alone = damping(problem, [1.0, 1.5], states=states)
+    assert found == alone
+    found.save(tmp_path / "band.csv")
+    heading = (tmp_path / "band.csv").read_text().splitlines()[0]
+    assert "least_loss_factor" in heading
+    assert "largest_secant_stiffness" in heading
+    assert found.to_dict()["states"] == 3
+    with pytest.raises(UsageError, match="states: expected a number or slips"):
+        damping(problem, [1.0], states=[1.0, 2.0])
