@@ -236,3 +236,16 @@ def check_places(arrays: Mapping[str, FloatArray]) -> None:
         for j in np.flatnonzero(slanted > DEFAULT.printed_digits):
             expected = "directions at right angles to each other and to 'normal'"
             raise wrong_key(given[0], expected, f"the scalar product {slanted[j]:.9g} at node {j}")
+
+
+def corners_of_hull(places: FloatArray) -> FloatArray:
+    """Corners of the convex hull of points (k, 2); both ends where they lie on a line."""
+    from scipy.spatial import ConvexHull, QhullError  # imported late, as it is only needed in space
+
+    scaled = places - places[0]
+    scaled /= np.abs(scaled).max() or 1.0
+    try:
+        return np.asarray(places[ConvexHull(scaled).vertices])
+    except QhullError:
+        along = scaled @ scaled[np.abs(scaled).sum(axis=1).argmax()]
+        return np.array([places[along.argmin()], places[along.argmax()]])

@@ -19,7 +19,7 @@ from shakedown.ground.shown_values import plain, with_unit
 from shakedown.ground.status import OPEN, Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, is_finite
-from shakedown.joint.places import wound
+from shakedown.joint.places import corners_of_hull, wound
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.units import Units, units_of
@@ -518,19 +518,6 @@ def farthest_apart(places: FloatArray, later: NDArray[np.intp]) -> FloatArray:
         if sizes.max() > longest @ longest:
             longest = ways[np.unravel_index(sizes.argmax(), sizes.shape)]
     return longest
-
-
-def corners_of_hull(places: FloatArray) -> FloatArray:
-    """Corners of the convex hull of points (k, 2); both ends where they lie on a line."""
-    from scipy.spatial import ConvexHull, QhullError  # imported late, as it is only needed in space
-
-    scaled = places - places[0]
-    scaled /= np.abs(scaled).max() or 1.0
-    try:
-        return np.asarray(places[ConvexHull(scaled).vertices])
-    except QhullError:
-        along = scaled @ scaled[np.abs(scaled).sum(axis=1).argmax()]
-        return np.array([places[along.argmin()], places[along.argmax()]])
 
 
 @checked

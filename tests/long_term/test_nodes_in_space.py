@@ -8,7 +8,8 @@ from scipy.spatial.distance import pdist, squareform
 
 import shakedown
 from shakedown import Problem
-from shakedown.long_term.node_results import corners_of_hull, farthest_apart
+from shakedown.joint.places import corners_of_hull
+from shakedown.long_term.node_results import farthest_apart
 
 
 def circling(radius: float = 1.3, limit: float = 0.5) -> Problem:
