@@ -23,8 +23,8 @@ from .bounds.registry import BOUNDS as BOUNDS
 from .bounds.uniqueness.friction_thresholds import friction_thresholds as friction_thresholds
 from .bounds.upper import safe_slip as safe_slip
 from .bounds.upper import upper_bound as upper_bound
-from .files.examples import example as example
-from .files.examples import example_names as example_names
+from .files.npz import example as example
+from .files.npz import example_names as example_names
 from .files.npz import load_initial_slip as load_initial_slip
 from .files.npz import load_problem as load_problem
 from .files.npz import save_problem as save_problem

@@ -306,7 +306,7 @@ def function_stamp(make: Callable[..., Problem], *first: object) -> str:
     --------
     >>> import shakedown
     >>> function_stamp(shakedown.example, "two-node")[:45]
-    'shakedown.files.examples.example 3053854690ce'
+    'shakedown.files.npz.example 3053854690ce'
     """
     try:
         made = make(*first)

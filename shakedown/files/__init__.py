@@ -1,6 +1,6 @@
 """Problem files and built-in problems: everything that is read from and written to disk.
 
-Reading order: ``npz`` (problem files, every array checked before it is read), ``atomic_write`` (the only way
-in which files are written, a table as CSV or Parquet too), ``vtk_points`` (points for ParaView),
-``examples`` (the built-in problems).
+Reading order: ``npz`` (problem files, every array checked before it is read; the built-in ones),
+``atomic_write`` (the only way in which files are written, a table as CSV or Parquet too), ``vtk_points``
+(points for ParaView).
 """

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import WIDTH, as_html_table, field_names, one_line, plain, same, short
-from shakedown.joint.problem import Problem
-from shakedown.joint.read_only import ReadOnly
+from shakedown.joint.problem import Problem, ReadOnly
 
 if TYPE_CHECKING:
     from pandas import DataFrame

@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 import shakedown
-from shakedown.cli.group import shakedown_bounds
+from shakedown.cli.run import shakedown_bounds
 from shakedown.ground.errors import SolverError
 
 WHY = "made to fail"

@@ -14,7 +14,7 @@ import pytest
 from campaign_works import Deadly, Mistaken, Squares, done, squares
 
 from shakedown.campaign.pieces import run_pieces
-from shakedown.files.examples import example
+from shakedown.files.npz import example
 from shakedown.ground.errors import SolverError, UsageError
 from shakedown.ground.work_limit import all_cores
 

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from command import document, refused, run
 
 import shakedown
-from shakedown.cli import group
+from shakedown.cli.run import shakedown_bounds
 
 
 def test_solve_has_every_field():
@@ -219,7 +219,7 @@ def test_output_fits_80_columns(name):  # of solve: test_proved.py
 
 
 def test_help_is_short_and_complete():
-    result = CliRunner().invoke(group.shakedown_bounds, ["--help"])
+    result = CliRunner().invoke(shakedown_bounds, ["--help"])
     assert result.exit_code == 0
     assert "..." not in result.output.partition("Commands:")[2]
 

@@ -99,6 +99,35 @@ def local_places(corners: FloatArray, points: FloatArray) -> FloatArray:
     return along
 
 
+def counter_clockwise(polygon: FloatArray) -> FloatArray:
+    """Polygons (n, c, 2) with their corners in this order."""
+    turned = cross(polygon[:, 1] - polygon[:, 0], polygon[:, -1] - polygon[:, 0]) < 0
+    return np.where(turned[:, None, None], polygon[:, ::-1], polygon)
+
+
+def clipped(polygon: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """The part of each polygon left of a line, with one corner more than before; corners may coincide."""
+    after = np.roll(polygon, -1, axis=1)
+    own, next_ = (cross((end - start)[:, None], corner - start[:, None]) for corner in (polygon, after))
+    crossing = (own < 0) != (next_ < 0)
+    share = np.where(crossing, own, 0.0) / np.where(crossing, own - next_, 1.0)
+    cut = polygon + share[..., None] * (after - polygon)
+    n, v = own.shape
+    corners = np.stack([polygon, cut], axis=2).reshape(n, 2 * v, 2)
+    kept = np.stack([own >= 0, crossing], axis=2).reshape(n, 2 * v)
+    order = np.argsort(~kept, axis=1, kind="stable")[:, : v + 1]
+    last = np.maximum(np.minimum(kept.sum(axis=1), v + 1) - 1, 0)
+    order = np.where(
+        np.arange(v + 1) <= last[:, None], order, np.take_along_axis(order, last[:, None], axis=1)
+    )
+    return np.take_along_axis(corners, order[..., None], axis=1)
+
+
+def cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """a_x b_y − a_y b_x of vectors (…, 2)."""
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+
+
 def _line(t: FloatArray, count: int) -> FloatArray:
     if count == 2:
         return np.stack([(1 - t) / 2, (1 + t) / 2], axis=-1)

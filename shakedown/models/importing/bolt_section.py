@@ -12,11 +12,10 @@ from shakedown.ground.shown_values import few
 from shakedown.models.condensation.factorised_interior import WeldedCase
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.importing.load_section import LoadSection
-from shakedown.models.importing.model_section import labels_of
 from shakedown.models.importing.stiffness_section import ImportContext
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import quoted, unfit
-from shakedown.models.readers.toml_table import TomlTable, shown
+from shakedown.models.readers.toml_table import TomlTable, labels_of, shown
 
 STANDS = np.cos(np.radians(60.0))  # a shank that leans more does not stand across its head
 ELASTIC = ("area", "length", "young")  # together they give a stiffness
@@ -249,7 +248,7 @@ def _about(
 def _end(table: TomlTable, key: str, context: ImportContext) -> tuple[NDArray[np.intp], FloatArray]:
     """The nodes of a node set (or one node), and the share of an even pressure that each carries."""
     value = table.take(key, "a node set, or a node", required=True)
-    where, mesh = f"{table.where}: key '{key}'", context.mesh
+    where, mesh = table.at(key), context.mesh
     labels = labels_of(mesh, value, where)
     surface = value.strip().upper() if isinstance(value, str) else ""
     area = mesh.node_areas(labels, surface if surface in mesh.surfaces else None) if mesh.elements else None

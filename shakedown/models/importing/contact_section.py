@@ -21,10 +21,9 @@ from shakedown.models.condensation.surface_mesh import (
     hat_areas,
 )
 from shakedown.models.importing.contact_directions import ContactDirections, contact_directions, in_space
-from shakedown.models.importing.model_section import labels_of, nodes_of
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import InputFiles, quoted, read_table, unfit
-from shakedown.models.readers.toml_table import TomlTable, is_number, shown
+from shakedown.models.readers.toml_table import TomlTable, is_number, labels_of, nodes_of, shown
 
 Friction = FloatArray | Mapping[str, float]  # () or (n,), or a coefficient for each node set
 COORDINATES = "coordinates"  # the word for a gap between the nodes as the deck places them
@@ -214,7 +213,7 @@ def contact_nodes(table: TomlTable, mesh: Mesh) -> tuple[NDArray[np.intp], bool]
         found = "both" if table.has("nodes") else "neither"
         raise table.unfit("one of the keys 'nodes', 'pairs' and 'surfaces'", found)
     key = "nodes" if table.has("nodes") else "pairs"
-    value, where = table.content[key], f"{table.where}: key '{key}'"
+    value, where = table.content[key], table.at(key)
     if key == "nodes" and isinstance(value, str):
         return nodes_of(mesh, str(table.text(key)), where), True
     if key == "pairs" and _are_two_names(value):
@@ -262,7 +261,7 @@ def coupled_surfaces(table: TomlTable, mesh: Mesh) -> tuple[SurfaceCoupling | No
     """
     names = table.take("surfaces", "two names, of the first body and of the second", fits=_are_two_names)
     settings = {"reach": table.number("reach"), "uncovered": table.number("uncovered")}
-    finer, where = table.flag("finer"), f"{table.where}: key 'surfaces'"
+    finer, where = table.flag("finer"), table.at("surfaces")
     if names is None:
         if finer or any(value is not None for value in settings.values()):
             raise table.missing("surfaces", "beside 'reach', 'uncovered' and 'finer'")
@@ -320,7 +319,7 @@ def _initial_gap(table: TomlTable, contact: ContactSection, mesh: Mesh, files: I
             return _gap_of_nodes(table, source, contact, mesh)
         name, column = str(source.text("file")), source.key_of_column("column") or 1
         source.done()
-        gap = files.read(name, lambda path: read_table(path).column(column))
+        gap = files.read(name, lambda path: read_table(path).column(column), source.at("file"))
     check_order(contact, table.where, {"gap": gap})
     if gap.ndim and len(gap) != len(contact.labels):
         raise table.wrong("gap", f"one for each of {len(contact.labels)} nodes", len(gap))
@@ -362,7 +361,7 @@ def _gap_of_points(table: TomlTable, source: TomlTable, x: FloatArray | None) ->
 
 def _gap_of_nodes(table: TomlTable, source: TomlTable, contact: ContactSection, mesh: Mesh) -> FloatArray:
     """Gaps of [node or set, gap] entries; the other nodes touch."""
-    gap, where, seen = np.zeros(len(contact.labels)), f"{source.where}: key 'nodes'", set[int]()
+    gap, where, seen = np.zeros(len(contact.labels)), source.at("nodes"), set[int]()
     for name, value in source.entries("nodes", 2) or []:
         if not is_number(value):
             raise source.wrong("nodes", "a finite number", shown([name, value]))

@@ -28,12 +28,12 @@ from shakedown.models.importing.contact_section import ContactSection, faces_bet
 from shakedown.models.importing.joined_contact import contact_of, friction_of
 from shakedown.models.importing.load_evidence import LoadEvidence
 from shakedown.models.importing.model_evidence import ModelEvidence
-from shakedown.models.importing.model_section import NOTHING, model_section
 from shakedown.models.importing.stiffness_section import ImportContext, circumference_notes, stiffness_section
+from shakedown.models.readers.formats import read_any_mesh
 from shakedown.models.readers.mapped_matrices import NUMBERED
 from shakedown.models.readers.mesh import CALCULIX, SOLIDS, Mesh
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.text import InputFiles, sha256
+from shakedown.models.readers.text import InputFiles, quoted, sha256
 from shakedown.models.readers.toml_table import TomlTable, change_number, read_toml
 
 
@@ -426,6 +426,7 @@ def import_model(
         accepted=asked.accepted,
         notes=(
             *(f"accepted: {doubt}" for doubt in accepted),
+            *_accepted_in_vain(asked.accepted, (*doubts, *doubtful_data(problem))),
             *condensed.notes,
             *evidence.notes,
             *_contact_notes(context),
@@ -442,6 +443,12 @@ def _parted(doubts: Iterable[str], accepted: Sequence[str]) -> tuple[tuple[str, 
     for doubt in doubts:
         found[any(words in doubt for words in accepted)].append(doubt)
     return tuple(found[0]), tuple(found[1])
+
+
+def _accepted_in_vain(accepted: Sequence[str], doubts: Iterable[str]) -> Iterator[str]:
+    for words in accepted:
+        if not any(words in doubt for doubt in doubts):
+            yield f"accept: no warning has the words {quoted(words)}"
 
 
 def _reduced(
@@ -502,9 +509,9 @@ def read_model(
 ) -> ImportContext:
     """The model, its contact and its stiffness; mesh and stiffness are not read where they were kept."""
     if kept is None:
-        mesh = model_section(asked.model, files, asked.stiffness.copy().integer("superelement"))
+        mesh = _mesh(asked.model, files, asked.stiffness.copy().integer("superelement"))
     else:
-        mesh = kept[0] or NOTHING
+        mesh = kept[0] or Mesh.unknown()
     contact, where = contact_of(asked.contacts, mesh, files), asked.contacts[0].where
     stiffness = stiffness_section(asked.stiffness, contact, mesh, files) if kept is None else kept[1]
     _check_directions(contact, stiffness, mesh, where)
@@ -512,6 +519,15 @@ def read_model(
     if contact.assumed and _moves_across(contact, stiffness, held):
         contact = contact_of(asked.contacts, mesh, files, assume_plane=False)
     return ImportContext(stiffness, contact, mesh, files, asked.steps, bool(asked.check.content))
+
+
+def _mesh(table: TomlTable, files: InputFiles, superelement: int | None) -> Mesh:
+    """``[model]``: coordinates, sets, surfaces; ``superelement`` picks one of a Nastran file with several."""
+    if not table.content:
+        return Mesh.unknown()
+    name = str(table.text("file"))
+    table.done()
+    return files.read(name, lambda path: read_any_mesh(path, superelement), table.at("file"))
 
 
 def keeps_stiffness(key: str) -> bool:

@@ -11,10 +11,9 @@ from shakedown.ground.errors import ProblemError
 from shakedown.models.condensation.contact_frame import SPACE, patch_positions, tangent_pairs
 from shakedown.models.condensation.surface_mesh import NodeCoupling, coupling_of_nodes, joined_couplings
 from shakedown.models.importing.contact_section import ContactSection, Friction, check_order, contact_section
-from shakedown.models.importing.model_section import nodes_of
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import InputFiles, quoted, unfit
-from shakedown.models.readers.toml_table import TomlTable, shown
+from shakedown.models.readers.toml_table import TomlTable, nodes_of, shown
 
 BESIDE = 5.0  # node spacings left on the axis of positions between patches that would overlap there
 ALIKE = ("axes", "free_out_of_plane")  # keys that are about the whole model

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,7 +14,6 @@ from shakedown.ground.errors import ProblemError, found_in
 from shakedown.models.condensation.condense import Condensation
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.importing.contact_section import check_order
-from shakedown.models.importing.model_section import Values, values_of
 from shakedown.models.importing.stiffness_section import HOOP, ImportContext
 from shakedown.models.readers import nodal_vectors
 from shakedown.models.readers.abaqus import ELEMENT, read_nodal_loads, read_substructure_load
@@ -29,7 +29,7 @@ from shakedown.models.readers.text import (
     read_table,
     unfit,
 )
-from shakedown.models.readers.toml_table import TomlTable, is_number, shown
+from shakedown.models.readers.toml_table import TomlTable, Values, is_number, shown, values_of
 
 _UNRECORDED = 0.05  # share of the period that may be missing after the last row of a record
 
@@ -169,7 +169,8 @@ def _from_file(table: TomlTable, steps: int | None, files: InputFiles) -> TimeFu
     name, column, time = str(table.text("file")), table.key_of_column("column"), table.key_of_column("time")
     delimiter, decimal = table.text("delimiter", required=False), table.text("decimal", required=False)
     period, scale = table.number("period"), table.number("scale", 1.0) or 0.0
-    rows = files.read(name, lambda path: read_table(path, delimiter=delimiter, decimal=decimal))
+    read = partial(read_table, delimiter=delimiter, decimal=decimal)
+    rows = files.read(name, read, table.at("file"))
     width = rows.values.shape[1]
     if column is None and width > 1 + (time is not None):
         names = listed(rows.columns) if rows.columns else f"1 to {width}"
@@ -220,7 +221,7 @@ def load_section(table: TomlTable, context: ImportContext) -> LoadSection:
     """Take one load case from its table."""
     listed, moved = _forces(table, context), values_of(context.mesh, table, "displacements")
     displacement = np.zeros(len(context.stiffness.dofs))
-    rows = context.rows(f"{table.where}: key 'displacements'", moved or {})
+    rows = context.rows(table.at("displacements"), moved or {})
     displacement[rows] = list((moved or {}).values())
     _check_circumference(table, context)
     reactions, clamped = _clamped_run(table, context)
@@ -228,6 +229,8 @@ def load_section(table: TomlTable, context: ImportContext) -> LoadSection:
     force = np.sum(acting, axis=0) if acting else None
     opened = _opened_run(table, context)
     limits = table.array("range", float, (2,), required=False)
+    if limits is not None and table.has("history"):
+        raise table.unfit("one of the keys 'history' and 'range'", "both")
     course = None if limits is not None else time_function(table, context.steps, context.files)
     case = LoadCase(
         history=None if course is None else course.factors,
@@ -293,16 +296,16 @@ def _forces(table: TomlTable, context: ImportContext) -> FloatArray | None:
     """Forces on all rows, from a list or from a file."""
     if not isinstance(table.content.get("forces"), dict):
         listed = values_of(context.mesh, table, "forces")
-        return None if listed is None else _spread(f"{table.where}: key 'forces'", listed, context)
+        return None if listed is None else _spread(table.at("forces"), listed, context)
     source = table.table("forces")
     name, scale = str(source.text("file")), source.number("scale", 1.0) or 0.0
     case, matrix = source.text("case", required=False), source.text("matrix", required=False)
     column = source.integer("column")
     source.done()
     if matrix is not None:
-        size = len(context.stiffness.dofs)
-        return scale * context.files.read(name, lambda path: _op4_column(path, matrix, column, size))
-    found = context.files.read(name, lambda path: _nodal_loads(path, case))
+        read = partial(_op4_column, matrix=matrix, column=column, size=len(context.stiffness.dofs))
+        return scale * context.files.read(name, read, source.at("file"))
+    found = context.files.read(name, partial(_nodal_loads, case=case), source.at("file"))
     return scale * _spread(source.where, found, context)
 
 
@@ -357,7 +360,7 @@ def held_rows(supports: TomlTable, context: ImportContext, loads: list[LoadSecti
     """The rows that ``[supports]`` and prescribed displacements keep from moving freely."""
     fixed = values_of(context.mesh, supports, "fixed", valued=False)
     supports.done()
-    own = context.rows(f"{supports.where}: key 'fixed'", fixed or {})
+    own = context.rows(supports.at("fixed"), fixed or {})
     return np.concatenate([own, *(load.prescribed for load in loads)])
 
 
@@ -370,7 +373,8 @@ def _run_of(source: TomlTable, what: What, context: ImportContext) -> NodalVecto
     pairs = source.array("steps", float, (None, 2), required=False)
     if step is not None and pairs is not None:
         raise source.unfit("one of the keys 'step' and 'steps'", "both")
-    runs = context.files.read(name, lambda path: nodal_vectors.read_nodal_vectors(path, what))
+    read = partial(nodal_vectors.read_nodal_vectors, what=what)
+    runs = context.files.read(name, read, source.at("file"))
     only = 1 if step is None and len(runs) == 1 else step
     for number, _ in (pairs := pairs or [[only, 1.0]]):
         if number not in range(1, len(runs) + 1):
@@ -415,7 +419,7 @@ def _clamped_run(table: TomlTable, context: ImportContext) -> tuple[FloatArray |
     forces = run.at(contact.clamped, contact.axes)
     keys = [(int(node), axis) for node in contact.clamped for axis in contact.axes]
     values = dict(zip(keys, (-forces).ravel().tolist(), strict=True))
-    return None, _spread(f"{table.where}: key 'reactions'", values, context)
+    return None, _spread(table.at("reactions"), values, context)
 
 
 def _thermal_forces(table: TomlTable, context: ImportContext) -> FloatArray | None:

@@ -21,7 +21,6 @@ from shakedown.ground.errors import ProblemError, found_in
 from shakedown.joint.problem import COARSEST
 from shakedown.models.condensation.stiffness_checks import check_condensed
 from shakedown.models.importing.contact_section import ContactSection
-from shakedown.models.importing.model_section import Values
 from shakedown.models.readers import nastran
 from shakedown.models.readers.abaqus import ABAQUS_MATRIX
 from shakedown.models.readers.formats import read_stiffness, stiffness_format
@@ -30,7 +29,7 @@ from shakedown.models.readers.mesh import ABAQUS, CALCULIX, Mesh
 from shakedown.models.readers.nodal_vectors import Order, read_nodal_vectors, unit_displacement_stiffness
 from shakedown.models.readers.stiffness import Stiffness
 from shakedown.models.readers.text import InputFiles, read_lines, unfit
-from shakedown.models.readers.toml_table import TomlTable
+from shakedown.models.readers.toml_table import TomlTable, Values
 
 HOOP = (
     "CalculiX prints the forces of a wedge of 2 degrees, and of the radial ones not what the stress around "
@@ -147,15 +146,15 @@ def stiffness_section(table: TomlTable, contact: ContactSection, mesh: Mesh, fil
         raise table.unfit("'scale' > 0 and 'amplitude' other than 0", found)
     if accuracy is not None and not 0 < accuracy <= COARSEST:
         raise table.wrong("accuracy", f"a number above 0 and up to {COARSEST:g}", f"{accuracy:g}")
-    found = files.read(name, stiffness_format)
+    where = table.at("file")
+    found = files.read(name, stiffness_format, where)
     if found == "reactions":
-        stiffness = files.read(
-            name, lambda path: _unit_displacements(path, contact, str(order), amplitude, mesh.axisymmetric)
-        )
+        read = partial(_unit_displacements, contact, str(order), amplitude, mesh.axisymmetric)
+        stiffness = files.read(name, read, where)
     else:
         map_name = map_name or _beside(name, found, files)
         read = partial(read_stiffness, format=found, matrix=matrix, superelement=superelement)
-        stiffness = _matrix(name, map_name, read, superelement, mesh, files)
+        stiffness = _matrix(name, map_name, read, superelement, mesh, files, table)
         _check_whole(stiffness, map_name, str(files.path(name)))
     factor = circumference_factor(mesh, stiffness.format, angle, scale, table.where)
     if stiffness.superelement and not allow_sparse:
@@ -228,25 +227,26 @@ def _matrix(
     superelement: int | None,
     mesh: Mesh,
     files: InputFiles,
+    table: TomlTable,
 ) -> Stiffness:
     """The matrix of a file, its rows in the directions of the model."""
     frames = mesh.frames
     if map_name is None:
-        stiffness = files.read(name, read)
+        stiffness = files.read(name, read, table.at("file"))
     else:
 
         def with_map(rows: Path) -> Stiffness:
             own = rows if superelement is None else nastran.read_analysis_set(rows, superelement)
-            return files.read(name, lambda path: read(path, dof_map=own))
+            return files.read(name, partial(read, dof_map=own), table.at("file"))
 
-        stiffness = files.read(map_name, with_map)
+        stiffness = files.read(map_name, with_map, table.at("map"))
         if not mesh.is_known and stiffness.format == "Nastran OUTPUT4":
-            frames = files.read(map_name, lambda path: _frames(path, superelement))
+            frames = files.read(map_name, partial(_frames, superelement), table.at("map"))
     with found_in(files.path(name)):
         return stiffness.in_basic_directions(frames)
 
 
-def _frames(path: Path, superelement: int | None) -> Mapping[int, FloatArray]:
+def _frames(superelement: int | None, path: Path) -> Mapping[int, FloatArray]:
     """Directions of the grid points of a punch file, where it holds any."""
     lines = read_lines(path)
     if not nastran.is_bulk_data(lines):
@@ -258,7 +258,7 @@ def _frames(path: Path, superelement: int | None) -> Mapping[int, FloatArray]:
 
 
 def _unit_displacements(
-    path: Path, contact: ContactSection, order: str, amplitude: float, axisymmetric: bool
+    contact: ContactSection, order: str, amplitude: float, axisymmetric: bool, path: Path
 ) -> Stiffness:
     tables = read_nodal_vectors(path)
     if axisymmetric and tables[0].by_calculix:

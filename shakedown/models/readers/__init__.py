@@ -12,7 +12,7 @@ Reading order:
 - ``stiffness``, by formats with labels: ``abaqus``, ``nastran``; by formats that need a map of their rows:
   ``mapped_matrices`` (Matrix Market, Harwell-Boeing, CalculiX ``.sti``, Abaqus COORDINATE);
 - ``nodal_vectors`` (reactions and displacements);
-- ``mesh``, by ``deck``, ``nastran``, ``ansys_archive`` or ``mesh_files`` (Gmsh, MED, VTU, UNV, lists);
+- ``mesh``, by ``deck``, ``nastran`` or ``mesh_files`` (Gmsh, MED, VTU, UNV, archives of Ansys, lists);
 - ``formats``, which recognises a file and reads a stiffness or a mesh of any format: a new format is an entry
   in the ``FORMATS`` at the end of the module that reads it;
 - ``toml_table``: a configuration.

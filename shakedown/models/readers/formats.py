@@ -25,7 +25,6 @@ MODULES = (
     "deck",
     "abaqus",
     "nastran",
-    "ansys_archive",
     "nodal_vectors",
     "mapped_matrices",
     "mesh_files",

@@ -201,6 +201,11 @@ class Mesh:
             raise unfit(name, "every node once", f"node {repeated[0]} twice")
         return cls(name, labels, coordinates)
 
+    @classmethod
+    def unknown(cls) -> "Mesh":
+        """No nodes, where a configuration names no file of the model."""
+        return cls("", np.zeros(0, dtype=np.intp), np.zeros((0, 3)))
+
     @property
     def is_known(self) -> bool:
         """Whether there are any nodes, as there are none where a configuration names no file."""

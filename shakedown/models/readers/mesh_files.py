@@ -1,4 +1,4 @@
-"""Meshes with groups as mesh generators write them: Gmsh, MED (Salome, Code_Aster), VTU, UNV; lists of nodes.
+"""Meshes with groups: Gmsh, MED (Salome, Code_Aster), VTU, UNV, archives of Ansys; lists of nodes.
 
 All but UNV and lists are read by meshlane (the extra ``fem``), the kept-up fork of meshio: meshio has had no
 release since January 2024 and drops the groups of MED files. UNV has a reader of its own, because meshlane
@@ -17,13 +17,15 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.ground.constants import IntArray
 from shakedown.ground.errors import ProblemError
-from shakedown.models.readers.formats import OF_MODEL, Format
-from shakedown.models.readers.mesh import SOLIDS, Element, Mesh
+from shakedown.models.readers.formats import OF_MODEL, Format, has
+from shakedown.models.readers.mesh import CORNERS, SOLIDS, Element, Mesh
 from shakedown.models.readers.text import (
     integers,
+    number,
     number_table,
     numbers,
     open_input,
@@ -32,16 +34,6 @@ from shakedown.models.readers.text import (
     read_lines,
     unfit,
 )
-
-_SHAPES = {  # of cells as meshlane calls them
-    **dict.fromkeys(("tetra", "tetra10"), "tetrahedron"),
-    **dict.fromkeys(("wedge", "wedge15"), "wedge"),
-    **dict.fromkeys(("hexahedron", "hexahedron20"), "hexahedron"),
-    **dict.fromkeys(("triangle", "triangle6"), "triangle"),
-    **dict.fromkeys(("quad", "quad8"), "quadrilateral"),
-}
-_PLANE = ("triangle", "quadrilateral")
-_SIDES = {"line": 2, "line3": 2, "triangle": 3, "quadrilateral": 4}  # how many corners
 
 # Descriptors of UNV: the shape, and the places of the corners and then of the nodes between them.
 _UNIVERSAL: dict[int, tuple[str, tuple[int, ...]]] = {
@@ -58,10 +50,6 @@ _UNIVERSAL: dict[int, tuple[str, tuple[int, ...]]] = {
     116: ("hexahedron", (0, 2, 4, 6, 12, 14, 16, 18, 1, 3, 5, 7, 13, 15, 17, 19, 8, 9, 10, 11)),
     118: ("tetrahedron", (0, 2, 4, 9, 1, 3, 5, 6, 7, 8)),
 }
-_BEAMS = (11, 21, 22, 23, 24)  # have a line more
-_NODES, _ELEMENTS = ("2411", "781"), "2412"
-_GROUPS = ("2435", "2452", "2467", "2477")
-_NODE, _ELEMENT, _EACH = 7, 8, 4  # kinds of members of a group, and how many numbers there are of each
 
 
 def read_by_meshlane(path: str | os.PathLike[str], kind: str | None = None) -> Mesh:
@@ -139,7 +127,14 @@ def _of_cells(raw: Any, labels: IntArray, name: str) -> Mesh:
     """The mesh of what meshlane has read."""
     xyz = np.zeros((len(raw.points), 3))
     xyz[:, : raw.points.shape[1]] = raw.points
-    blocks = [(_SHAPES.get(block.type, block.type), block.data) for block in raw.cells]
+    shapes = {  # where meshlane has another name
+        **dict.fromkeys(("tetra", "tetra10"), "tetrahedron"),
+        **dict.fromkeys(("quad", "quad8"), "quadrilateral"),
+        "wedge15": "wedge",
+        "hexahedron20": "hexahedron",
+        "triangle6": "triangle",
+    }
+    blocks = [(shapes.get(block.type, block.type), block.data) for block in raw.cells]
     elements = [(shape, tuple(labels[own].tolist())) for shape, data in blocks for own in data]
     first = np.cumsum([1, *(len(data) for _, data in blocks)])
     if not raw.cell_sets and not raw.point_sets:
@@ -187,13 +182,15 @@ def mesh_with_groups(
     named = {key.upper(): np.asarray(own, dtype=np.intp) for key, own in node_groups.items()}
     mesh.at(np.array(list({*chain(*(nodes for _, nodes in cells.values()), *named.values())}), dtype=np.intp))
     solid = any(shape in SOLIDS for shape, _ in cells.values())
-    elements = {label: cell for label, cell in cells.items() if cell[0] in (SOLIDS if solid else _PLANE)}
+    kept = SOLIDS if solid else ("triangle", "quadrilateral")
+    elements = {label: cell for label, cell in cells.items() if cell[0] in kept}
     mesh.node_sets.update(named)
     mesh = replace(mesh, elements=elements, spelled=spelled)
+    count = {"line": 2, "line3": 2, "triangle": 3, "quadrilateral": 4}  # corners of what may be a side
     corners = {
-        label: frozenset(nodes[: _SIDES[shape]])
+        label: frozenset(nodes[: count[shape]])
         for label, (shape, nodes) in cells.items()
-        if label not in elements and shape in _SIDES
+        if label not in elements and shape in count
     }
     face_of = mesh.faces_with(set(corners.values()))
     surfaces, element_sets = {}, {}
@@ -219,6 +216,7 @@ def read_universal(path: str | os.PathLike[str]) -> Mesh:
     ProblemError
         If a dataset is cut off or malformed, or an element is there twice.
     """
+    of_nodes, of_elements, of_groups = ("2411", "781"), "2412", ("2435", "2452", "2467", "2477")  # datasets
     name, lines = os.fspath(path), read_lines(path)
     marks = [k for k, line in enumerate(lines) if line.strip() == "-1"]
     if len(marks) % 2:
@@ -230,16 +228,16 @@ def read_universal(path: str | os.PathLike[str]) -> Mesh:
     for begin, end in zip(marks[::2], marks[1::2], strict=True):
         kind = lines[begin + 1].strip()
         rows = ((f"{name}: line {k + 1}", lines[k]) for k in range(begin + 2, end))
-        for where, line in rows if kind in (*_NODES, _ELEMENTS, *_GROUPS) else ():
+        for where, line in rows if kind in (*of_nodes, of_elements, *of_groups) else ():
             head = integers(line.split(), where)
-            if len(head) < (1 if kind in _NODES else 6):
+            if len(head) < (1 if kind in of_nodes else 6):
                 raise unfit(where, "the head of a record", quoted(line))
-            if (head[0] in places and kind in _NODES) or (head[0] in cells and kind == _ELEMENTS):
+            if (head[0] in places and kind in of_nodes) or (head[0] in cells and kind == of_elements):
                 raise unfit(where, "every node and element once", f"{head[0]} twice")
-            if kind in _NODES:
+            if kind in of_nodes:
                 places[head[0]] = numbers(_fields(rows, 3, where), where)
-            elif kind == _ELEMENTS:
-                if head[1] in _BEAMS:
+            elif kind == of_elements:
+                if head[1] in (11, 21, 22, 23, 24):  # beams have a line more
                     next(rows, None)
                 own = integers(_fields(rows, head[5], where), where)
                 shape, order = _UNIVERSAL.get(head[1], ("", tuple(range(len(own)))))
@@ -248,11 +246,9 @@ def read_universal(path: str | os.PathLike[str]) -> Mesh:
                 cells[head[0]] = shape, tuple(own[k] for k in order)
             else:
                 group = next(rows, ("", ""))[1].strip()
-                own = integers(_fields(rows, _EACH * head[-1], where), where)
-                for code, into in ((_NODE, node_groups), (_ELEMENT, groups)):
-                    tags = [
-                        tag for each, tag in zip(own[::_EACH], own[1::_EACH], strict=True) if each == code
-                    ]
+                own = integers(_fields(rows, 4 * head[-1], where), where)  # kind, tag and two more of each
+                for code, into in ((7, node_groups), (8, groups)):
+                    tags = [tag for each, tag in zip(own[::4], own[1::4], strict=True) if each == code]
                     if tags:
                         into[group] = tags
     xyz = np.array(list(places.values())).reshape(-1, 3)
@@ -270,9 +266,6 @@ def _fields(rows: Iterator[tuple[str, str]], count: int, where: str) -> list[str
             raise unfit(where, f"{count} numbers behind this line", len(found))
         found += line[1].split()
     return found[:count]
-
-
-_NLIST = re.compile(r"\s*NODE\s+X\s+Y\s+Z\b")
 
 
 def read_coordinates(path: str | os.PathLike[str]) -> Mesh:
@@ -297,7 +290,7 @@ def read_coordinates(path: str | os.PathLike[str]) -> Mesh:
     [[0.5, -0.1, 0.0]]
     """
     lines, name = read_lines(path), os.fspath(path)
-    if heading := next((line for line in lines if _NLIST.match(line)), None):
+    if heading := next((line for line in lines if re.match(r"\s*NODE\s+X\s+Y\s+Z\b", line)), None):
         rows = [line if line.strip()[:1].isdigit() else "" for line in lines]
         table = number_table(rows, name, delimiter="space")
     else:
@@ -310,8 +303,125 @@ def read_coordinates(path: str | os.PathLike[str]) -> Mesh:
     return Mesh.of_nodes(np.array(table.whole(1), dtype=np.intp), xyz, name)
 
 
-_VTU = r"\s*(<\?xml[^>]*>\s*)?(<!--.*?-->\s*)?<VTKFile[^>]*UnstructuredGrid"
-_PATTERNS = {"gmsh": r"\$MeshFormat", "med": r"\x89HDF", "vtu": _VTU, "unv": r"\s*-1\s*\n\s*\d{2,5}\s*\n"}
+def read_ansys_archive(path: str | os.PathLike[str]) -> Mesh:
+    """Read the nodes of an archive, its solid and plane elements, and its components as sets.
+
+    Bricks and quadrilaterals with nodes that coincide are wedges, tetrahedra, triangles. Other elements
+    (shells, contact, pyramids) have no faces here.
+
+    Raises
+    ------
+    ProblemError
+        If a line is malformed, a node is there twice, a component or an element has nodes that are none, or
+        a component is not as long as its first line says.
+    """
+    name, lines = os.fspath(path), read_lines(path)
+    places: list[tuple[int, list[float]]] = []
+    cells: list[tuple[str, int, list[int]]] = []
+    sets: dict[str, dict[str, NDArray[np.intp]]] = {"NODE": {}, "ELEM": {}}
+    begins = re.compile(
+        r"([NE]BLOCK|CMBLOCK)\s*,\s*([^,]*)(?:,\s*([A-Z]*)(?:\s*,\s*(\d{1,9}))?)?", re.IGNORECASE
+    )
+    for k, line in enumerate(lines):
+        if (block := begins.match(line)) is None:
+            continue
+        form = r"\((\d{1,2})i(\d{1,2})(?:,(\d{1,2})[eg](\d{1,2}))?"
+        layout = re.match(form, "".join(lines[k + 1 : k + 2]).replace(" ", ""), re.IGNORECASE)
+        if layout is None:
+            raise unfit(f"{name}: line {k + 2}", "a layout like (3i9,6e21.13e3)", "none")
+        width, start, each = int(layout[2]) or 1, int(layout[1]) * int(layout[2]), int(layout[4] or 0)
+        rows, what, kind = _rows(lines, k + 2, name), block[1].upper(), (block[3] or "")[:4].upper()
+        if what == "NBLOCK":
+            for where, text in rows:
+                fields = [text[start + each * i : start + each * (i + 1)].strip() for i in range(3)]
+                point = [number(field, where) if field else 0.0 for field in fields]
+                places.append((integers([text[:width]], where)[0], point))
+        elif what == "CMBLOCK" and kind in sets:
+            where = f"{name}: component {quoted(block[2])}"
+            members = [label for _, text in rows for label in _labels(text, width, where)]
+            if block[4] and len(members) != int(block[4]):
+                raise unfit(where, f"{block[4]} numbers, as its first line says", len(members))
+            sets[kind][block[2].strip().upper()] = _component(members, where)
+        elif what == "EBLOCK" and kind == "SOLI":
+            cells += _cells(rows, width)
+    labels = np.array([label for label, _ in places], dtype=np.intp)
+    mesh = Mesh.of_nodes(labels, np.array([point for _, point in places]).reshape(-1, 3), name)
+    of_type = re.compile(r"ET\s*,\s*(\d{1,9})\s*,\s*(\d{1,9})", re.IGNORECASE)
+    around = re.compile(r"KEYO\w*\s*,\s*(\d{1,9})\s*,\s*3\s*,\s*1\b", re.IGNORECASE)
+    shapes = {found[1]: _shapes_of(int(found[2])) for found in map(of_type.match, lines) if found}
+    flat = {kind for kind, own in shapes.items() if "triangle" in own}
+    revolved = flat & {found[1] for found in map(around.match, lines) if found}
+    shaped = {label: _shaped(shapes.get(kind, {}), nodes) for kind, label, nodes in cells}
+    known = {label: own for label, own in shaped.items() if own is not None}
+    found = mesh_with_groups(mesh, known, sets["ELEM"], sets["NODE"])
+    return replace(found, axisymmetric=any(kind in revolved for kind, _, _ in cells))
+
+
+def _rows(lines: list[str], begin: int, name: str) -> Iterator[tuple[str, str]]:
+    """The lines of a block up to the next command, with where each stands."""
+    for k in range(begin, len(lines)):
+        if lines[k][:1] not in " 0123456789" or lines[k].strip() == "-1":
+            return
+        yield f"{name}: line {k + 1}", lines[k].rstrip()
+
+
+def _labels(text: str, width: int, where: str) -> list[int]:
+    """The whole numbers of a line, each so many characters wide."""
+    return integers([text[k : k + width] for k in range(0, len(text), width)], where)
+
+
+def _cells(rows: Iterator[tuple[str, str]], width: int) -> Iterator[tuple[str, int, list[int]]]:
+    """Type, label and nodes of every element of a block; of more than eight nodes the others follow."""
+    for where, text in rows:
+        found = _labels(text, width, where)
+        if len(found) > 8 and found[8] > len(found) - 11:
+            found += _labels(next(rows, ("", ""))[1], width, where)
+        if len(found) <= 11 or len(found) != 11 + found[8]:
+            raise unfit(where, "an element of 11 numbers and as many nodes as the ninth says", quoted(text))
+        yield str(found[1]), found[10], found[11:]
+
+
+def _shaped(shapes: Mapping[str, tuple[int, ...]], nodes: list[int]) -> Element | None:
+    """An element without nodes that coincide with others; None where it has no faces here.
+
+    Nodes between corners that are all 0 are none.
+    """
+    if len(nodes) == 6 and "triangle" in shapes:
+        return "triangle", tuple(nodes)
+    corners = {node for shape in list(shapes)[:1] for node in nodes[: CORNERS[shape]]}
+    for shape, order in shapes.items():
+        own = [nodes[k] for k in order if k < len(nodes)]
+        if len(corners) == CORNERS[shape] and corners == set(own[: CORNERS[shape]]):
+            return shape, tuple(own if all(own) else own[: CORNERS[shape]])
+    return None
+
+
+def _shapes_of(kind: int) -> dict[str, tuple[int, ...]]:
+    """What an element of a type may be, and which of its nodes count then: the others coincide with these."""
+    if kind in (45, 95, 185, 186):
+        return {
+            "hexahedron": tuple(range(20)),
+            "wedge": (0, 1, 2, 4, 5, 6, 8, 9, 11, 12, 13, 15, 16, 17, 18),
+            "tetrahedron": (0, 1, 2, 4, 8, 9, 11, 16, 17, 18),
+        }
+    if kind in (92, 187, 285):
+        return {"tetrahedron": tuple(range(10))}
+    if kind in (42, 82, 182, 183):
+        return {"quadrilateral": tuple(range(8)), "triangle": (0, 1, 2, 4, 5, 7)}
+    return {}
+
+
+def _component(members: list[int], where: str) -> NDArray[np.intp]:
+    """The members of a component; a negative number ends a range that the number before it begins."""
+    found: list[int] = []
+    for member in members:
+        first = found[-1] + 1 if found else 0
+        if member < 0 and not 0 <= -member - first < 10_000_000:  # nodes of a component
+            raise unfit(where, f"the end of a range after {first - 1}", member)
+        found += range(first, 1 - member) if member < 0 else [member]
+    return np.array(found, dtype=np.intp)
+
+
 FORMATS = (
     *(
         Format(
@@ -320,7 +430,18 @@ FORMATS = (
             {"mesh": read_universal if kind == "unv" else partial(read_by_meshlane, kind=kind)},
             begins=re.compile(pattern, re.DOTALL).match,
         )
-        for kind, pattern in _PATTERNS.items()
+        for kind, pattern in {
+            "gmsh": r"\$MeshFormat",
+            "med": r"\x89HDF",
+            "vtu": r"\s*(<\?xml[^>]*>\s*)?(<!--.*?-->\s*)?<VTKFile[^>]*UnstructuredGrid",
+            "unv": r"\s*-1\s*\n\s*\d{2,5}\s*\n",
+        }.items()
+    ),
+    Format(
+        "archive",
+        f"an archive of Ansys {OF_MODEL}",
+        {"mesh": read_ansys_archive},
+        contains=has(re.compile("NBLOCK", re.IGNORECASE)),
     ),
     Format("coordinates", "a list of nodes", {"mesh": read_coordinates}),
 )

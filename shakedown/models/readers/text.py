@@ -255,8 +255,8 @@ class InputFiles:
         """The path of a file that the configuration names."""
         return self.folder / name
 
-    def read(self, name: str, reader: Callable[[Path], Result]) -> Result:
-        """What a reader returns for a file that the configuration names.
+    def read(self, name: str, reader: Callable[[Path], Result], key: str) -> Result:
+        """What a reader returns for a file that the configuration names, at a key that messages name.
 
         A file outside the folder may be read like any other, but no message
         repeats anything of its content.
@@ -267,7 +267,8 @@ class InputFiles:
             As the reader raises it.
         """
         path = self.path(name)
-        open_input(path).close()
+        with found_in(key):
+            open_input(path).close()
         try:
             found = reader(path)
         except ProblemError as error:

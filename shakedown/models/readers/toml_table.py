@@ -1,4 +1,4 @@
-"""Tables of a TOML configuration, taken key by key so that nothing unknown goes unnoticed."""
+"""Tables of a TOML configuration, taken key by key: nothing unknown goes unnoticed; nodes that they name."""
 
 import math
 import os
@@ -7,9 +7,13 @@ from collections.abc import Callable
 from difflib import get_close_matches
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from shakedown.ground.constants import LARGEST_LABEL, READ_AT_ONCE
-from shakedown.ground.errors import ProblemError
+from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.shown_values import visible
+from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import quoted, read_bytes, unfit
 
 
@@ -181,9 +185,13 @@ class TomlTable:
         found = f"the unknown key {quoted(alike[0])}" if alike else "none"
         return ProblemError(f"{self.where}: expected the key '{key}' ({expected}), found {found}")
 
+    def at(self, key: str) -> str:
+        """Where a key stands, for messages."""
+        return f"{self.where}: key '{key}'"
+
     def wrong(self, key: str, expected: str, found: object) -> ProblemError:
         """The refusal of the value of a key."""
-        return unfit(f"{self.where}: key '{key}'", expected, found)
+        return unfit(self.at(key), expected, found)
 
     def unfit(self, expected: str, found: object) -> ProblemError:
         """The refusal of a table as a whole."""
@@ -225,3 +233,61 @@ def _fits(value: Any, kind: type, shape: tuple[int | None, ...]) -> bool:
     if not isinstance(value, list) or not value or shape[0] not in (None, len(value)):
         return False
     return all(_fits(item, kind, shape[1:]) for item in value)
+
+
+Values = dict[tuple[int, int], float]  # {(node, direction): value}
+
+
+def nodes_of(mesh: Mesh, name: str, where: str) -> NDArray[np.intp]:
+    """Labels of a node set or surface.
+
+    Raises
+    ------
+    ProblemError
+        If there is no model, or no such set.
+    """
+    if not mesh.is_known:
+        expected = "node labels, or [model] with a deck that names sets"
+        raise unfit(where, expected, f"{quoted(name)} and no [model]")
+    with found_in(where):
+        return mesh.nodes(name)
+
+
+def labels_of(mesh: Mesh, node: Any, where: str) -> NDArray[np.intp]:
+    """The labels that a node, or the name of a set, stands for; ``ProblemError`` if it is neither."""
+    if isinstance(node, str):
+        return nodes_of(mesh, node, where)
+    if not _is_label(node):
+        raise unfit(where, "a node (a whole number, or the name of a set)", shown(node))
+    return np.array([node], dtype=np.intp)
+
+
+def values_of(mesh: Mesh, table: TomlTable, key: str, *, valued: bool = True) -> Values | None:
+    """Entries [node or set, direction, value] as {(node, direction): value}; None where they are absent.
+
+    Raises
+    ------
+    ProblemError
+        If an entry is malformed, or a (node, direction) occurs twice.
+    """
+    entries = table.entries(key, 3 if valued else 2)
+    if entries is None:
+        return None
+    found: Values = {}
+    where = table.at(key)
+    for entry in entries:
+        node, direction, value = entry if valued else (*entry, 0.0)
+        if not _is_label(direction) or not is_number(value):
+            raise unfit(where, "[node or set, whole direction, finite number]", shown(entry))
+        for key_of_row in ((label, int(direction)) for label in labels_of(mesh, node, where).tolist()):
+            if key_of_row in found:
+                raise unfit(where, "every (node, direction) once", f"{key_of_row} twice")
+            found[key_of_row] = float(value)
+    return found
+
+
+def _is_label(item: Any) -> bool:
+    """Whether an item is a whole number in the range of labels; 21.0 counts as 21."""
+    if isinstance(item, bool) or not isinstance(item, int | float):
+        return False
+    return abs(item) < LARGEST_LABEL and item == int(item)

@@ -350,3 +350,21 @@ def test_friction_by_node_sets(example, sets, message):
         assert varied.condensation is found.condensation
     with pytest.raises(ProblemError, match=message):
         made(example, named(sets))
+
+
+def test_an_accepted_warning_that_is_none_is_said(example):
+    found = made(example, lambda text, deck: (f"accept = ['no such words']\n{text}", deck))
+    assert "accept: no warning has the words 'no such words'" in found.notes
+
+
+def test_history_and_range_exclude_each_other(example):
+    both = "history = 1.0\nrange = [0, 1]"
+    with pytest.raises(
+        ProblemError, match=r"load \d: expected one of the keys 'history' and 'range', found both"
+    ):
+        made(example, lambda text, deck: (re.sub(r"^history = .*$", both, text, count=1, flags=re.M), deck))
+
+
+def test_a_missing_file_is_named_with_its_key(example):
+    with pytest.raises(ProblemError, match=r"stiffness: key 'file': .*none\.sti: no such file"):
+        made(example, lambda text, deck: (text.replace("punch.sti", "none.sti"), deck))
