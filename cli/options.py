@@ -27,7 +27,6 @@ MOST = 1_000_000  # values of a range
 CLAIMS = f"{__name__}.claims"  # in a context: what the call reads and writes: names, paths, whether written
 PICTURES = (".png", ".svg", ".pdf")
 NODE_FILES = (".csv", ".vtu", ".vtp")
-SERIES_FILES = NODE_FILES[1:]  # of these a file is written for every instant
 AT_LOAD_FACTOR = ("safe", "witness")  # states that exist at a load factor alone
 
 option = partial(click.option, show_default=True)

@@ -43,9 +43,6 @@ def example(name: str | None, output: Path | None) -> Answer:
     )
 
 
-EXAMPLE = "example"
-
-
 @command("Make a problem file from finite-element output.", "0 written, or shown; 2 bad usage or bad input.")
 @click.argument("config", metavar="[CONFIG.toml]", required=False, type=click.Path(path_type=Path))
 @option("-o", "--output", type=options.OutputFile(), help="Write the problem file here.")
@@ -57,7 +54,7 @@ EXAMPLE = "example"
 )
 @option(
     "--template",
-    type=click.Choice([*import_template_names(), EXAMPLE]),
+    type=click.Choice([*import_template_names(), "example"]),
     help="Show a commented CONFIG.toml to start from (-o writes it); 'example' writes a new folder.",
 )
 def import_command(
@@ -98,7 +95,7 @@ def import_command(
 def _write_template(kind: str, config: Path | None, output: Path | None) -> None:
     if config is not None:
         raise click.UsageError("--template: expected no CONFIG.toml beside it")
-    if kind == EXAMPLE:
+    if kind == "example":
         if output is None:
             raise click.UsageError("--template example: expected -o FOLDER")
         for path in write_import_example(output):

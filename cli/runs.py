@@ -108,9 +108,9 @@ def nodes(
 
 def _claim_series(output: Path | None, instants: int) -> None:
     """Check before the work starts that the files of the instants can be written and are no others here."""
-    if output is None or output.suffix.lower() not in options.SERIES_FILES:
+    if output is None or output.suffix.lower() not in options.NODE_FILES[1:]:
         found = "none" if output is None else str(output)
-        expected = f"-o with a name that ends in {' or '.join(options.SERIES_FILES)}"
+        expected = f"-o with a name that ends in {' or '.join(options.NODE_FILES[1:])}"
         raise click.UsageError(f"--instants: expected {expected}, found {found}")
     for path in series_paths(output, instants):
         options.writes_whole("--instants", path)

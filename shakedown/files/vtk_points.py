@@ -19,8 +19,6 @@ from shakedown.files.atomic_write import atomic_write, atomic_write_together
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
 
-FORMS = {"u": ("UInt8", "<u1"), "i": ("Int64", "<i8"), "f": ("Float64", "<f8")}  # of numbers, by kind
-
 
 def write_points(
     path: str | PathLike[str],
@@ -154,7 +152,7 @@ def _as_bytes(root: Element) -> bytes:
 
 def _add(parent: Element, name: str, values: NDArray[np.generic]) -> None:
     """A data array, its bytes in the order that the file states."""
-    form, dtype = FORMS.get(values.dtype.kind, FORMS["f"])
+    form, dtype = {"u": ("UInt8", "<u1"), "i": ("Int64", "<i8")}.get(values.dtype.kind, ("Float64", "<f8"))
     data = np.ascontiguousarray(values, dtype=dtype).tobytes()
     about = {"type": form, "Name": name, "format": "binary"}
     if values.ndim == 2:

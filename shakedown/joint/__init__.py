@@ -1,7 +1,7 @@
 """What a joint is: stiffness, friction, loading, and the frictional constraints that follow.
 
-Reading order: ``problem`` (read-only data, validated once), ``fields`` (the shape of every field; how large and
-small numbers may be; text, names, JSON), ``places`` (areas, directions and faces of the nodes),
+Reading order: ``problem`` (read-only data, validated once), ``fields`` (the shape of every field; how large
+and small numbers may be; text, names, JSON), ``places`` (areas, directions and faces of the nodes),
 ``contact_surface`` (strips, patches in space, and their edges),
 ``hat_functions`` (a joint averaged over a length), ``law`` (where the slip
 and the gap of a node stand; Coulomb's law: an interval or a disc), ``rigid_slips`` (motions of a body that

@@ -19,10 +19,8 @@ from shakedown.ground.tolerances import DEFAULT
 Axes = tuple[str | int, ...]
 TEXTS = ("load_path", "name", "units", "source")
 NAMES = ("load_names", "load_units", "label")
-REQUIRED = ("A", "B", "f", "q_w", "p_w")
 OF_NODES = ("f", "x", "coordinates", "normal", "tangent", "tangents", "node_area", "label")  # of each alone
 STIFFNESS = ("A", "B", "C")
-FORCES = ("q_w", "p_w", "q_mean", "p_mean", "q_transient", "p_transient")
 TOGETHER = (  # where one is given, the other is required
     ("q_transient", "p_transient"),
     ("p_transient", "q_transient"),
@@ -45,7 +43,7 @@ def check_shapes(shapes: Mapping[str, tuple[int, ...]], axes: Mapping[str, Axes]
     ProblemError
         If a field that every problem has is missing, or a shape does not fit.
     """
-    for key in REQUIRED:
+    for key in ("A", "B", "f", "q_w", "p_w"):
         if key not in shapes:
             raise ProblemError(f"key '{key}': required, found none")
     for given, needed in TOGETHER:
@@ -157,9 +155,10 @@ def check_ratios(arrays: Mapping[str, NDArray[np.float64]]) -> None:
     largest_friction = 1e12
     if (friction := arrays["f"].max()) > largest_friction:
         raise wrong_key("f", f"friction coefficients up to {largest_friction:g}", f"{friction:g}")
+    forces = ("q_w", "p_w", "q_mean", "p_mean", "q_transient", "p_transient")
     stiffness, force, slip = (
         max((float(np.abs(arrays[key]).max(initial=0.0)) for key in keys if key in arrays), default=0.0)
-        for keys in (STIFFNESS, FORCES, ("initial_slip",))
+        for keys in (STIFFNESS, forces, ("initial_slip",))
     )
     length = force / stiffness if stiffness else 0.0
     if length and not 1 / largest_length <= length <= largest_length:

@@ -16,8 +16,6 @@ from shakedown.joint.problem import Problem, ReadOnly
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-LINES = 24  # lines shown: one screen
-
 
 class Result(ReadOnly):
     """Base of the frozen dataclasses that functions return.
@@ -81,8 +79,8 @@ class Result(ReadOnly):
         if len(line) <= WIDTH:
             return line
         cut = [one_line(text, WIDTH - 5) for text in shown]
-        if len(cut) > LINES - 2:
-            cut[LINES - 3 :] = [f"… {len(cut) - LINES + 3} more"]
+        if len(cut) > 22:  # one screen, with the name and the bracket
+            cut[21:] = [f"… {len(cut) - 21} more"]
         return "\n".join([f"{type(self).__name__}(", *(f"    {text}," for text in cut), ")"])
 
     def _repr_html_(self) -> str:
@@ -99,16 +97,13 @@ class Result(ReadOnly):
     def _words(self) -> list[str]:
         return self.DOCUMENT.split() or [name for name in field_names(self) if not name.startswith("_")]
 
-    def _table_words(self) -> list[str]:
-        return self.TABLE.split()
-
     def _shown(self) -> Iterator[tuple[str, str]]:
         for name in field_names(self):
             yield name, short(getattr(self, name))
 
     def columns(self) -> dict[str, Any]:
         """The columns of the table by name, all of one length."""
-        lists = {word: _listed(getattr(self, word)) for word in self._table_words() or self._words()}
+        lists = {word: _listed(getattr(self, word)) for word in self.TABLE.split() or self._words()}
         found = {word: array for word, array in lists.items() if array is not None}
         if not found:
             return {word: [_cell(getattr(self, word))] for word in self._words()}

@@ -27,7 +27,6 @@ LENGTHS = {
     "in": 0.0254,
     "ft": 0.3048,
 }  # in m
-PASCALS = {1: "Pa", 10**3: "kPa", 10**6: "MPa", 10**9: "GPa"}
 
 
 class Units(NamedTuple):
@@ -54,7 +53,7 @@ class Units(NamedTuple):
     def stress(self) -> str:
         """The unit of tractions: a pascal with its prefix where there is one, else force per area."""
         pascals = round(FORCES[self.force] / LENGTHS[self.length] ** 2) if all(self) else 0
-        return PASCALS.get(pascals, self._joined("{}/{}²"))
+        return {1: "Pa", 10**3: "kPa", 10**6: "MPa", 10**9: "GPa"}.get(pascals, self._joined("{}/{}²"))
 
     @property
     def density(self) -> str:

@@ -13,8 +13,6 @@ from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.law import Layout
 from shakedown.models.condensation.surface_mesh import NodeCoupling, corner_basis, own_basis
 
-STEEP = 0.2  # sine of the angle between an axis and a normal below which the axis gives no tangent there
-
 
 def tangent_pairs(normals: FloatArray, tangent: ArrayLike | None = None) -> FloatArray:
     """A pair of unit tangents for every unit normal, t₁ × t₂ = n.
@@ -100,7 +98,8 @@ def _by_axes(normals: FloatArray) -> FloatArray:
     """The axis towards which t₁ points at every node, (n, 3)."""
     along = normals**2
     everywhere = _least(along.mean(axis=0, keepdims=True))[0]
-    steep = along[:, everywhere] > 1.0 - STEEP**2
+    # sine of the angle between an axis and a normal below which the axis gives no tangent there
+    steep = along[:, everywhere] > 1.0 - 0.2**2
     return np.eye(3)[np.where(steep, _least(along), everywhere)]
 
 

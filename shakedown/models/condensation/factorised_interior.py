@@ -27,9 +27,6 @@ from shakedown.models.condensation.contact_frame import ContactFrame
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.condensation.stiffness_checks import Places, loose_motion
 
-BYTES = np.dtype(float).itemsize
-LEAF = 60  # nodes eliminated together without further dissection
-
 
 @dataclass(frozen=True, eq=False)
 class DissectionPiece:
@@ -74,7 +71,8 @@ def dissection(graph: sparse.csr_array, where: FloatArray) -> list[DissectionPie
         """Pieces of these nodes below no other: one, or those of parts that nothing couples."""
         if not nodes.size:
             return ()
-        if len(nodes) <= LEAF:
+        # nodes eliminated together without further dissection
+        if len(nodes) <= 60:
             return (made(nodes, ()),)
         axis = int(np.argmax(np.ptp(where[nodes], axis=0)))
         order = nodes[np.argsort(where[nodes, axis], kind="stable")]
@@ -160,7 +158,7 @@ class FrontElimination:
             factors += own * own + own * beyond
             most = max(most, factors + waiting + 2 * beyond * beyond)
             waiting += beyond * beyond - sum(len(self.fronts[child].beyond) ** 2 for child in front.children)
-        return BYTES * (most + 2 * float(len(self.order) - self.count) ** 2)
+        return 8 * (most + 2 * float(len(self.order) - self.count) ** 2)
 
 
 @dataclass(eq=False)
@@ -298,8 +296,6 @@ def _add(target: FloatArray, part: FloatArray, places: NDArray[np.intp]) -> None
 
 MINUTE = 1e12  # multiplications of one core, about; in fewer, threads wait for each other
 WORTH_SAYING = MINUTE / 3
-MATRICES = 8  # matrices of the size of κ held at one time by the problem and the bounds
-LARGEST = 0.9  # share of the machine's memory that may be used
 
 
 def announced(plan: FrontElimination, announce: Callable[[str], None] | None) -> None:
@@ -311,13 +307,15 @@ def announced(plan: FrontElimination, announce: Callable[[str], None] | None) ->
         If it takes more memory than the machine has.
     """
     kept = len(plan.order) - plan.count
-    needed = plan.memory + MATRICES * BYTES * float(kept) ** 2
+    # matrices of the size of κ held at one time by the problem and the bounds
+    needed = plan.memory + 8 * 8 * float(kept) ** 2
     what = (
         f"condensing {plan.count} rows to {kept // 3} contact nodes takes about {needed / 2**30:.2g} GiB of "
         f"memory and {plan.operations / MINUTE:.2g} minutes of one core"
     )
     there = memory()
-    if needed > LARGEST * there:
+    # share of the machine's memory that may be used
+    if needed > 0.9 * there:
         raise ProblemError(
             f"K: expected a model that fits into {there / 2**30:.3g} GiB of memory, found that {what}; take "
             "fewer contact nodes or a coarser mesh"

@@ -16,8 +16,6 @@ from shakedown.models.condensation.surface_mesh import rigid_rows
 
 Places = Mapping[int, Sequence[float]]  # node → (x, y, z)
 _SAME = 1e-5  # part of a motion that must lie outside the free ones for it not to be one of them
-_MOST_MODES = 12
-_WORDS = [f"{how} {axis}" for how in ("along", "turning about") for axis in "xyz"]
 
 
 def loose_motion(K: sparse.csc_array, dofs: NDArray[np.intp], places: Places | None = None) -> str:
@@ -58,7 +56,7 @@ def _null_space(K: sparse.csc_array) -> FloatArray:
     if N <= MANY_ROWS:
         values, modes = np.linalg.eigh(K.toarray())
     else:
-        shifted = {"k": _MOST_MODES, "sigma": -NEGLIGIBLE * largest, "v0": np.ones(N)}
+        shifted = {"k": 12, "sigma": -NEGLIGIBLE * largest, "v0": np.ones(N)}
         values, modes = eigsh(K, **shifted)
     order = np.argsort(values)
     null = max(int((values <= NEGLIGIBLE * largest).sum()), 1)
@@ -76,7 +74,8 @@ def motions_in_words(modes: FloatArray, dofs: NDArray[np.intp], places: Places |
     moved = outside[:, :3] * (np.linalg.norm(outside[:, :3], axis=0) > _SAME * size[:3])
     outside[:, 3:] -= moved @ np.linalg.lstsq(moved, outside[:, 3:], rcond=_SAME)[0]
     found = np.flatnonzero((size > _SAME) & (np.linalg.norm(outside, axis=0) <= _SAME * size))
-    words = [_WORDS[k] for k in found.tolist()]
+    every = [f"{how} {axis}" for how in ("along", "turning about") for axis in "xyz"]
+    words = [every[k] for k in found.tolist()]
     told = rigid[:, found]
     rest = free - told @ np.linalg.lstsq(told, free, rcond=None)[0] if told.shape[1] else free
     more = free.shape[1] - len(words)

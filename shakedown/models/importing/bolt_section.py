@@ -17,9 +17,6 @@ from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import quoted, unfit
 from shakedown.models.readers.toml_table import TomlTable, labels_of, shown
 
-STANDS = np.cos(np.radians(60.0))  # a shank that leans more does not stand across its head
-ELASTIC = ("area", "length", "young")  # together they give a stiffness
-
 
 @dataclass(frozen=True, eq=False)
 class BoltSection:
@@ -170,8 +167,9 @@ def _row(section: int, where: str, context: ImportContext) -> NDArray[np.intp]:
 
 def _stiffness(table: TomlTable) -> float:
     """Axial stiffness of the shank, as it is given or E A / l [force/length]."""
-    given = {key: value for key in ("stiffness", *ELASTIC) if (value := table.number(key)) is not None}
-    if [*given] not in (["stiffness"], [*ELASTIC]):
+    keys = ("stiffness", "area", "length", "young")
+    given = {key: value for key in keys if (value := table.number(key)) is not None}
+    if [*given] not in (["stiffness"], [*keys[1:]]):
         found = ", ".join(map(quoted, given)) or "none"
         raise table.unfit("'stiffness' of the shank, or 'area', 'length' and 'young'", found)
     for key, value in given.items():
@@ -222,7 +220,8 @@ def _across_head(
         head = np.vstack([head, np.abs(head).max() * np.eye(3)[deep]])
     _, sizes, axes = np.linalg.svd(np.vstack([head, np.zeros((3, 3))]), full_matrices=False)
     flat, across = SIX_DIGITS * sizes[1] >= sizes[2] and sizes[1] > SIX_DIGITS * sizes[0], axes[2] @ way
-    stands = flat and abs(across) > STANDS * np.linalg.norm(way)
+    # a shank that leans more does not stand across its head
+    stands = flat and abs(across) > np.cos(np.radians(60.0)) * np.linalg.norm(way)
     return np.sign(across) * axes[2] if stands else np.asarray(way)
 
 

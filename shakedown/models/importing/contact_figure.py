@@ -12,14 +12,6 @@ from shakedown.models.readers.mesh import CORNERS, FACES
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_ARROW = 0.7  # length of an arrow, by the mean distance of the nodes
-_MOST_NAMED = 20  # nodes with names; of more some, evenly spread
-_VECTORS = {
-    "normal, into the first body": "tab:red",
-    "first tangent": "tab:blue",
-    "second tangent": "tab:green",
-}
-
 
 @checked
 def contact_picture(made: Import, ax: "Axes | None" = None) -> "Axes":
@@ -53,15 +45,16 @@ def contact_picture(made: Import, ax: "Axes | None" = None) -> "Axes":
     for ring in flat or [facet.corners for facet in mesh.boundary(set(contact.first.tolist()))]:
         plot.plot(*mesh.at([*ring, ring[0]]).T[axes], color="0.75", linewidth=0.5)
     place, frame = contact.coordinates, made.condensation.frame
-    spacing = float(np.ptp(place, axis=0).max() or 1.0) / max(len(place) ** (1 / frame.directions) - 1, 1)
+    arrow = 0.7 * float(np.ptp(place, axis=0).max() or 1.0) / max(len(place) ** (1 / frame.directions) - 1, 1)
     vectors = (frame.normals, *frame.slip_axes.swapaxes(0, 1))
-    for along, (label, colour) in zip(vectors, _VECTORS.items(), strict=False):
+    labels = ("normal, into the first body", "first tangent", "second tangent")
+    for along, label, colour in zip(vectors, labels, ("tab:red", "tab:blue", "tab:green"), strict=False):
         start = place[:, axes]
-        lines = np.stack([start, start + _ARROW * spacing * along, np.full_like(start, np.nan)], axis=1)
+        lines = np.stack([start, start + arrow * along, np.full_like(start, np.nan)], axis=1)
         plot.plot(*lines.reshape(-1, len(axes)).T, color=colour, linewidth=0.8, label=label)
     plot.plot(*place.T[axes], "o", color="tab:red", markersize=3)
-    behind = place[:, axes] - _ARROW * spacing * frame.normals
-    for k in range(0, len(place), -(-len(place) // _MOST_NAMED)):
+    behind = place[:, axes] - arrow * frame.normals
+    for k in range(0, len(place), -(-len(place) // 20)):  # of more than 20 names some, evenly spread
         upright = len(axes) == 2 and abs(frame.normals[k, 1]) > abs(frame.normals[k, 0])
         turned = {"rotation": 90.0} if upright else {}
         plot.text(*behind[k], contact.names[k], ha="center", va="center", fontsize=6, **turned)

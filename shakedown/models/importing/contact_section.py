@@ -27,7 +27,6 @@ from shakedown.models.readers.toml_table import TomlTable, is_number, labels_of,
 
 Friction = FloatArray | Mapping[str, float]  # () or (n,), or a coefficient for each node set
 COORDINATES = "coordinates"  # the word for a gap between the nodes as the deck places them
-_ALONE = ("nodes", "pairs", "surface", "tied")  # keys that do not stand beside it
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -266,7 +265,8 @@ def coupled_surfaces(table: TomlTable, mesh: Mesh) -> tuple[SurfaceCoupling | No
         if finer or any(value is not None for value in settings.values()):
             raise table.missing("surfaces", "beside 'reach', 'uncovered' and 'finer'")
         return None, None
-    if others := [key for key in _ALONE if table.has(key)]:
+    # keys that do not stand beside it
+    if others := [key for key in ("nodes", "pairs", "surface", "tied") if table.has(key)]:
         raise table.unfit(f"no key '{others[0]}' beside 'surfaces'", "both")
     if not mesh.elements:
         raise unfit(where, "[model] with a deck that has elements", "none")

@@ -15,9 +15,6 @@ from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import InputFiles, quoted, unfit
 from shakedown.models.readers.toml_table import TomlTable, nodes_of, shown
 
-BESIDE = 5.0  # node spacings left on the axis of positions between patches that would overlap there
-ALIKE = ("axes", "free_out_of_plane")  # keys that are about the whole model
-
 
 def contact_of(
     tables: Sequence[TomlTable], mesh: Mesh, files: InputFiles, *, assume_plane: bool = True
@@ -40,7 +37,8 @@ def contact_of(
             raise table.missing("name", "what each of several patches is called")
         if part.name in {other.name for other in parts[:k]}:
             raise table.unfit("another name", f"{quoted(part.name)} twice")
-        for key in ALIKE:
+        # keys that are about the whole model
+        for key in ("axes", "free_out_of_plane"):
             one, other = getattr(parts[0], key), getattr(part, key)
             if one != other:
                 raise table.wrong(key, f"{shown(one)}, as of {quoted(parts[0].name)}", shown(other))
@@ -181,5 +179,6 @@ def _positions(contact: ContactSection) -> FloatArray | None:
         before = np.concatenate(found[:k])
         if each.min() <= before.max() and each.max() >= before.min():
             step = max(float(np.diff(np.sort(one)).max(initial=0.0)) for one in found) or 1.0
-            found[k] = each - each.min() + before.max() + BESIDE * step
+            # node spacings left on the axis of positions between patches that would overlap there
+            found[k] = each - each.min() + before.max() + 5.0 * step
     return np.concatenate(found)

@@ -31,8 +31,6 @@ from shakedown.models.readers.text import (
 )
 from shakedown.models.readers.toml_table import TomlTable, Values, is_number, shown, values_of
 
-_UNRECORDED = 0.05  # share of the period that may be missing after the last row of a record
-
 
 class TimeFunction(NamedTuple):
     """Factors of a load case over one period, and what the load steps do not show of it.
@@ -200,7 +198,8 @@ def _resampled(
     passed = (times - times[0]) / period
     sampled, doubts = _sampled(t, passed, values, whole=abs(passed[-1] - 1.0) <= SIX_DIGITS)
     unrecorded = 1.0 - passed[-1]
-    if unrecorded > max(_UNRECORDED, 2 * np.diff(passed).max(initial=0.0)):
+    # share of the period that may be missing after the last row of a record
+    if unrecorded > max(0.05, 2 * np.diff(passed).max(initial=0.0)):
         doubts += (
             f"its record covers {100 * passed[-1]:.3g} % of the period of {period:g}, and goes straight back "
             "to its beginning for the rest: are 'time' and 'period' in one unit?",

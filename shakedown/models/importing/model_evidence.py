@@ -32,8 +32,6 @@ from shakedown.models.readers.stiffness import Stiffness
 from shakedown.models.readers.text import quoted
 
 DOUBTFUL = 0.03  # relative to the spacing, along the surface: more than the rounding of printed coordinates
-LEVEL = np.cos(np.radians(84.0))  # from the faces' normal: beyond it a normal does not point inwards
-TURNED = np.cos(np.radians(15.0))  # as far off is the last facet of an arc of 12 to the circle
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -186,13 +184,15 @@ def _normals(contact: ContactSection, mesh: Mesh, where: str) -> Iterator[str]:
     if contact.normals_are_given:
         faces = mesh.face_normals(contact.first, contact.surface)
         cosine = (given * faces).sum(axis=1)
-        if (wrong := cosine < LEVEL).any():
+        # from the faces' normal: beyond it a normal does not point inwards
+        if (wrong := cosine < np.cos(np.radians(84.0))).any():
             k = int(np.argmax(wrong))
             raise ProblemError(
                 f"{where}: expected normals into the first body, found {_shown(given[k])} at {names[k]}, "
                 f"where its faces have {_shown(faces[k])} ({int(wrong.sum())} of {len(names)} do not)"
             )
-        if turned := int((cosine < TURNED).sum()):
+        # as far off is the last facet of an arc of 12 to the circle
+        if turned := int((cosine < np.cos(np.radians(15.0))).sum()):
             k = int(np.nanargmin(cosine))
             yield (
                 f"the normal of {names[k]} is turned by {np.degrees(np.arccos(cosine[k])):.0f}° from the "
@@ -224,11 +224,6 @@ def _left_out(mesh: Mesh, labels: list[int]) -> Iterator[str]:
 
 def _shown(vector: FloatArray) -> str:
     return f"[{', '.join(f'{x:.3g}' for x in vector + 0.0)}]"
-
-
-_ORDER = ("first", "second")
-_MEASURED = 1000  # elements that tell how large they are
-_UNALIKE = 200.0  # ratio beyond which units differ: mm for m gives 1,000, element shapes or ν = 0.499 less
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -360,7 +355,9 @@ def bodies_of(
     bodies = []
     for number, which in enumerate(order):
         rows = np.flatnonzero(part == which)
-        name = f"{_ORDER[number]} body" if two else "body" if len(order) == 1 else f"body {number + 1}"
+        name = "body" if len(order) == 1 else f"body {number + 1}"
+        if two:
+            name = ("first body", "second body")[number]
         motions = free_motions(stiffness, rows, held, places, axial=axial)
         own = stiffness.are_displacements[rows]
         words = motions_in_words(motions[own], stiffness.dofs[rows[own]], places) if motions.size else ()
@@ -471,12 +468,14 @@ def _out_of_size(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) ->
     if mesh.axisymmetric:
         size = 2 * np.pi * mesh.at(stiffness.dofs[inside, 0])[:, 0]
     elif any(shape in SOLIDS for shape, _ in mesh.elements.values()):
-        measured = list(mesh.elements.values())[:_MEASURED]
+        # elements that tell how large they are
+        measured = list(mesh.elements.values())[:1000]
         size = np.array([np.ptp(mesh.at(nodes), axis=0).mean() for _, nodes in measured])
     length = max(float(np.median(size)), np.finfo(float).tiny)
     found = float(np.median(stiffness.K.diagonal()[inside])) / length
     low, high = min(mesh.young), max(mesh.young)
-    if not low / _UNALIKE <= found <= high * _UNALIKE:
+    unalike = 200.0  # ratio beyond which units differ: mm for m gives 1,000, element shapes or ν = 0.499 less
+    if not low / unalike <= found <= high * unalike:
         yield (
             f"the stiffness is {found / (high if found > high else low):.1g} times what Young's modulus and "
             "the elements of the deck make: are they in the same units, is 'scale' right?"

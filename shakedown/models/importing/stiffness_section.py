@@ -105,10 +105,6 @@ def circumference_notes(stiffness: Stiffness, mesh: Mesh | None) -> tuple[str, .
     )
 
 
-_BESIDE = {"numbered": (".dof",), "op4": (".pch", ".asm")}  # maps that codes write beside the matrix
-MODES = 3  # nodes that CalculiX makes for the incompatible modes of an element C3D8I
-
-
 @dataclass(frozen=True)
 class ImportContext:
     """What all loads need: the stiffness with its rows, the contact, the model and the files."""
@@ -188,7 +184,8 @@ def _of_modes(dofs: NDArray[np.intp], mesh: Mesh) -> list[int]:
     if not mesh.incompatible or mesh.matrix_by != CALCULIX:
         return []
     unknown = np.setdiff1d(dofs[:, 0], mesh.labels)
-    are_made = len(unknown) == MODES * mesh.incompatible and unknown.min() > mesh.labels.max()
+    # nodes that CalculiX makes for the incompatible modes of an element C3D8I
+    are_made = len(unknown) == 3 * mesh.incompatible and unknown.min() > mesh.labels.max()
     return unknown.tolist() if are_made else []
 
 
@@ -213,7 +210,8 @@ def _check_whole(stiffness: Stiffness, map_name: str | None, where: str) -> None
 
 def _beside(name: str, found: str, files: InputFiles) -> str | None:
     """The map file of the same name beside a matrix, where there is one."""
-    for suffix in _BESIDE.get(found, ()):
+    # maps that codes write beside the matrix
+    for suffix in {"numbered": (".dof",), "op4": (".pch", ".asm")}.get(found, ()):
         beside = str(Path(name).with_suffix(suffix))
         if beside != name and files.path(beside).is_file():
             return beside

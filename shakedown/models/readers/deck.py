@@ -27,28 +27,12 @@ from shakedown.models.readers.mesh import (
 )
 from shakedown.models.readers.text import integers, listed, number, quoted, read_lines, unfit
 
-_SHAPES = {  # of elements with so many nodes
-    "solid": dict.fromkeys((4, 10), "tetrahedron")
-    | dict.fromkeys((6, 15), "wedge")
-    | dict.fromkeys((8, 20), "hexahedron"),
-    "plane": dict.fromkeys((3, 6), "triangle") | dict.fromkeys((4, 8), "quadrilateral"),
-}
 _TYPE = re.compile(r"(C3D|CPEG|CPE|CPS|CGAX|CAX)(\d{1,3})")
 _REVOLVED = re.compile(r"(CG?|S|MG?|R|SFMG?)AX\d")  # element types of bodies of revolution
 _OPENING = re.compile(r"\s*\*(NODE\s*(,|$)|INCLUDE\s*,|HEADING)", re.IGNORECASE)
 _INCLUDE = re.compile(r"\*INCLUDE\s*(?:,\s*INPUT\s*=\s*\"?([^\",]+))?", re.IGNORECASE)
-_DEEPEST, _MOST_FILES, _MOST_LINES = 8, 1000, 1 << 24  # of the files that a deck includes, in all
 _IN_A_FILE = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "EQUATION")  # may stand in a file of their own
-_READ = (
-    *_IN_A_FILE,
-    "TRANSFORM",
-    "ELASTIC",
-    "PART",
-    "INSTANCE",
-    "SYSTEM",
-)  # whose lines count
-_STORAGE = "MATRIXSTORAGE"
-_MAKERS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY")  # make nodes and elements of others
+_READ = (*_IN_A_FILE, "TRANSFORM", "ELASTIC", "PART", "INSTANCE", "SYSTEM")  # whose lines count
 
 Labels = NDArray[np.intp]
 Sets = dict[str, Labels]
@@ -128,11 +112,8 @@ class _Text:
         """(where, line) without remarks and blank lines; keywords on one line, included files in place."""
         lines = read_lines(path)
         self.files, self.lines = self.files + 1, self.lines + len(lines)
-        if depth > _DEEPEST or self.files > _MOST_FILES or self.lines > _MOST_LINES:
-            raise ProblemError(
-                f"{path}: expected *INCLUDE at most {_DEEPEST} deep, of {_MOST_FILES} files and "
-                f"{_MOST_LINES} lines in all, found more"
-            )
+        if depth > 8 or self.files > 1000 or self.lines > 1 << 24:
+            raise unfit(path, f"*INCLUDE at most 8 deep, of 1000 files and {1 << 24} lines in all", "more")
         begun = ""
         for k, line in enumerate(lines, start=1):
             text = line.strip()
@@ -164,7 +145,7 @@ class _Deck:
     def __init__(self, name: str, cards: list[Card]) -> None:
         self.name, self.cards = name, cards
         for card in cards:
-            if card.keyword in _MAKERS:
+            if card.keyword in ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"):
                 raise ProblemError(
                     f"{name}: expected every node and element to be listed, found *{card.keyword}, which "
                     "makes some; let the code write a flat deck"
@@ -308,7 +289,7 @@ class _Deck:
                 continue
             match, made[k] = _TYPE.match(card.name("TYPE")), []
             count = int(match[2]) if match else 0
-            shape = _SHAPES["solid" if match and match[1] == "C3D" else "plane"].get(count, "")
+            shape = _shape_of(count, solid=match is not None and match[1] == "C3D")
             read: list[str] = []
             for where, fields in card.data:
                 read += [text for text in fields if text]
@@ -359,7 +340,9 @@ class _Deck:
     def _matrix_by(self) -> str:
         """The code that the last keyword for a matrix belongs to; SOLVER is one of *FREQUENCY or *STATIC."""
         writers = {"MATRIX GENERATE": ABAQUS, "MATRIX OUTPUT": ABAQUS}
-        asked = [card for card in self.cards if card.keyword in writers or card.name("SOLVER") == _STORAGE]
+        asked = [
+            card for card in self.cards if card.keyword in writers or card.name("SOLVER") == "MATRIXSTORAGE"
+        ]
         return next((writers.get(card.keyword, CALCULIX) for card in reversed(asked)), "")
 
     @staticmethod
@@ -378,6 +361,13 @@ class _Deck:
         if len(own) != 1:
             raise unfit(f"{self.name}: *PRE-TENSION SECTION", f"one node in the set {quoted(name)}", len(own))
         return int(own[0])
+
+
+def _shape_of(count: int, *, solid: bool) -> str:
+    """The shape of an element with so many nodes; "" where it has no faces here."""
+    solids = {4: "tetrahedron", 10: "tetrahedron", 6: "wedge", 15: "wedge", 8: "hexahedron", 20: "hexahedron"}
+    plane = {3: "triangle", 6: "triangle", 4: "quadrilateral", 8: "quadrilateral"}
+    return (solids if solid else plane).get(count, "")
 
 
 def _members(card: Card, most: int | None = None) -> list[_Members]:

@@ -18,17 +18,7 @@ from shakedown.models.readers.text import quoted, read_bytes, read_lines, unfit
 
 Holds = Literal["stiffness", "mesh", "rows", "vectors"]
 
-_BEGINNING = 1000  # bytes
 OF_MODEL = "(it may be the file of [model])"  # in titles
-# By its lines a deck comes before what it may contain.
-MODULES = (
-    "deck",
-    "abaqus",
-    "nastran",
-    "nodal_vectors",
-    "mapped_matrices",
-    "mesh_files",
-)
 
 
 def has(pattern: re.Pattern[str], mark: str = "") -> Callable[[list[str]], bool]:
@@ -68,14 +58,16 @@ class Format:
 @cache
 def formats() -> tuple[Format, ...]:
     """Every format, in the order in which they are asked."""
-    modules = (import_module(f"{__package__}.{name}") for name in MODULES)
+    # by its lines a deck comes before what it may contain
+    names = ("deck", "abaqus", "nastran", "nodal_vectors", "mapped_matrices", "mesh_files")
+    modules = (import_module(f"{__package__}.{name}") for name in names)
     return tuple(each for module in modules for each in module.FORMATS)
 
 
 def recognised(path: str | os.PathLike[str], holds: Holds | None = None) -> Format | None:
     """The first format that a file fits, of those that hold such a thing or of all; None where none does."""
     known = [each for each in formats() if holds is None or holds in each.reads]
-    beginning = read_bytes(path, _BEGINNING).decode("latin-1")
+    beginning = read_bytes(path, 1000).decode("latin-1")
     for each in known:
         if each.begins is not None and each.begins(beginning):
             return each

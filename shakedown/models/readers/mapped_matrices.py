@@ -344,7 +344,6 @@ def _section(
 
 
 _ENTRY = re.compile(rf"^\s*\d+\s+\d+\s+{REAL}\s*$")
-_HINT = " (of Abaqus' formats, write *MATRIX OUTPUT, FORMAT=MATRIX INPUT)"
 NUMBERED = "numbered (CalculiX .sti, Abaqus COORDINATE)"
 
 
@@ -380,7 +379,8 @@ def read_calculix_storage(path: str | os.PathLike[str], rows: Rows = None) -> St
             dofs = read_row_map(rows, largest)
         return len(dofs)
 
-    entries = numbered_entries(enumerate(read_lines(path), start=1), size, name, _HINT)
+    hint = " (of Abaqus' formats, write *MATRIX OUTPUT, FORMAT=MATRIX INPUT)"
+    entries = numbered_entries(enumerate(read_lines(path), start=1), size, name, hint)
     return checked(completed(entries), dofs, NUMBERED)
 
 

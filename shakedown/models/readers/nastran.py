@@ -173,11 +173,9 @@ def chosen_matrix(names: list[str], matrix: str | None, where: str, scalars: Seq
 # Cards of the analysis set, those that say more first: pairs id, components; lists components, id, id, ….
 _SETS = ("ASET", "BSET", "CSET", "QSET")
 _ROWS = ((("EXTRN",), ()), (_SETS, tuple(f"{name}1" for name in _SETS)), (("USET",), ("USET1",)))
-_GRIDS = ("GRID", "CORD2R", "CORD2C", "CORD2S")
 _CARDS = re.compile(
     r"(EXTRN|[ABCQ]SET1?|USET1?|GRID|SPOINT|CORD\d[RCS]|SECONCT|BEGIN (SUPER|BULK)|DMIG|DTI)\s*[\*, \d]"
 )
-_MOST_POINTS = 10_000_000  # largest number of points that a THRU may name
 
 
 def is_bulk_data(lines: list[str]) -> bool:
@@ -254,7 +252,8 @@ def _of_list(where: str, fields: list[str]) -> Iterator[tuple[int, int]]:
     points: Iterable[int]
     if len(given) == 3 and given[1].upper() == "THRU":
         first, last = integers(given[::2], where)
-        if not 0 <= last - first < _MOST_POINTS:
+        # largest number of points that a THRU may name
+        if not 0 <= last - first < 10_000_000:
             raise unfit(where, "'first THRU last'", f"{first} THRU {last}")
         points = range(first, last + 1)
     else:
@@ -275,7 +274,8 @@ def read_grids(path: str | os.PathLike[str], superelement: int | None = None) ->
     """
     name = os.fspath(path)
     lines = of_superelement(read_lines(path), superelement, name)
-    found = [(card[1], lines[card[0] - 1 : last]) for card, last in spans(lines) if card[1] in _GRIDS]
+    read = ("GRID", "CORD2R", "CORD2C", "CORD2S")
+    found = [(card[1], lines[card[0] - 1 : last]) for card, last in spans(lines) if card[1] in read]
     own = [line.split("$")[0].rstrip() for _, lines in found for line in lines]
     if not any(card == "GRID" for card, _ in found):
         raise unfit(name, "GRID cards", "none")
@@ -311,8 +311,6 @@ def pyyeti_module(module: str, name: str) -> ModuleType:
         ) from None
 
 
-_DMIG = re.compile(r"DMIG\b", re.IGNORECASE)
-_FORMS = (1, 6)  # square, symmetric
 _REAL = (1, 2)  # types: single and double precision
 
 
@@ -348,7 +346,7 @@ def read_nastran_dmig(
         raise unfit(name, f"one DMIG header card of {shown}, and entries", f"{len(header)} of {len(own)}")
     where = f"{name}: line {header[0][0]}"
     form, kind = integers(header[0][1][2:4], where)
-    if form not in _FORMS or kind not in _REAL:
+    if form not in (1, 6) or kind not in _REAL:
         expected = f"{shown} square or symmetric (form 1, 6) and real (type 1, 2)"
         raise unfit(where, expected, f"form {form}, type {kind}")
     entries = list(_entries([card for card in own if card not in header], name))
@@ -371,15 +369,13 @@ _HEADER = re.compile(
     rb"^([ \d-]{8}|[ \d-]{16})([ \d-]{8}|[ \d-]{16})([ \d]{8})([ \d]{8})([A-Za-z_]\S{0,7}) *(\S*)\r?$",
     re.MULTILINE,
 )
-_HEADS = (24, 48)  # bytes of a binary header record
-_HEAD = 256  # bytes that say whether a file is one
 
 
 def is_op4(text: str) -> bool:
     """Whether the first characters of a file, a byte each, are those of an OUTPUT4 file, binary or text."""
     raw = text.encode("latin-1")
-    if b"\0" in raw[:4]:
-        return any(int.from_bytes(raw[:4], order) in _HEADS for order in ("little", "big"))
+    if b"\0" in raw[:4]:  # the length of a binary header record
+        return any(int.from_bytes(raw[:4], order) in (24, 48) for order in ("little", "big"))
     return _HEADER.match(raw) is not None
 
 
@@ -418,7 +414,7 @@ def read_op4_entries(path: str | os.PathLike[str], matrix: str | None) -> sparse
     It is sparse, because a header may claim far more than a file holds.
     """
     name = os.fspath(path)
-    if not is_op4(read_bytes(path, _HEAD).decode("latin-1")):
+    if not is_op4(read_bytes(path, 256).decode("latin-1")):
         raise unfit(name, "an OUTPUT4 file", "no header of one")
     reader = pyyeti_module("op4", name).OP4()
     try:
@@ -445,6 +441,12 @@ _OF_BULK: dict[str, Callable[..., Any]] = {
 _OF_DMIG, _OF_OP4 = {"stiffness": read_nastran_dmig}, {"stiffness": read_nastran_op4}
 FORMATS = (
     Format("op4", "Nastran OUTPUT4", _OF_OP4, ("rows", "matrix"), begins=is_op4),
-    Format("dmig", "Nastran DMIG", _OF_DMIG, ("matrix", "superelement"), contains=has(_DMIG)),
+    Format(
+        "dmig",
+        "Nastran DMIG",
+        _OF_DMIG,
+        ("matrix", "superelement"),
+        contains=has(re.compile(r"DMIG\b", re.IGNORECASE)),
+    ),
     Format("bulk", _BULK, _OF_BULK, ("superelement",), contains=is_bulk_data),
 )

@@ -154,8 +154,6 @@ HEADINGS: dict[What, re.Pattern[str]] = {
     "reactions": re.compile(_HEADING.format(r"forces \(fx,fy,fz\)"), re.IGNORECASE),
     "displacements": re.compile(_HEADING.format(r"displacements \(vx,vy,vz\)"), re.IGNORECASE),
 }
-COLUMNS: dict[What, str] = {"reactions": "node fx fy fz", "displacements": "node vx vy vz"}
-LOCAL = "L"  # at the end of a row whose components are along the directions of a *TRANSFORM
 LETTERS: dict[What, str] = {"reactions": "RF", "displacements": "U"}
 Order = Literal["node-by-node", "direction-by-direction"]
 
@@ -190,9 +188,10 @@ def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions")
         elif fields and not fields[0].isdigit():  # another kind of output
             inside = False
         elif fields and inside:
-            own = fields[4:] == [LOCAL]
+            own = fields[4:] == ["L"]  # components along the directions of a *TRANSFORM
             if len(fields) != 4 + own:
-                raise unfit(where, f"'{COLUMNS[what]}'", quoted(line))
+                letter = "f" if what == "reactions" else "v"
+                raise unfit(where, f"'node {letter}x {letter}y {letter}z'", quoted(line))
             steps[-1].rows.append([*integers(fields[:1], where), *numbers(fields[1:4], where)])
             steps[-1].local.update([int(fields[0])] if own else [])
     if not steps:
@@ -300,12 +299,9 @@ def _with_rigid_motions(K: FloatArray) -> FloatArray:
     return K - (modes[:, rigid] * eigenvalues[rigid]) @ modes[:, rigid].T
 
 
-_BLOCKS: dict[What, str] = {"displacements": "DISP", "reactions": "FORC"}
 _NODE = {"0": slice(3, 8), "1": slice(3, 13)}  # columns of the node, by the format of a block
-_BINARY = "2"  # the format of single precision
 _WIDTH = 12  # characters per number; numbers are not separated
-_BEGIN, _RESULTS = "    1C", b"  100C"  # how a file begins, and results
-_TIME, _COUNT, _FORMAT, _DERIVED = slice(12, 24), slice(24, 36), slice(73, 75), slice(33, 38)
+_RESULTS = b"  100C"  # how results begin
 
 
 def read_frd(path: str | os.PathLike[str], what: What = "displacements") -> list[NodalVectors]:
@@ -319,22 +315,22 @@ def read_frd(path: str | os.PathLike[str], what: What = "displacements") -> list
         If there is no such block, or one is malformed.
     """
     name, raw = os.fspath(path), read_bytes(path)
-    found, place = [], raw.find(_RESULTS)
+    found, place, block = [], raw.find(_RESULTS), "FORC" if what == "reactions" else "DISP"
     while place >= 0:
         where = f"{name}: byte {place}"
         head, place = _line(raw, place)
         title, place = _line(raw, place)
-        if title.split()[:2] == ["-4", _BLOCKS[what]]:
-            time, layout = number(head[_TIME].strip(), where), head[_FORMAT].strip()
-            if layout == _BINARY:
-                (count,) = integers([head[_COUNT].strip()], where)
+        if title.split()[:2] == ["-4", block]:
+            time, layout = number(head[12:24].strip(), where), head[73:75].strip()
+            if layout == "2":  # single precision
+                (count,) = integers([head[24:36].strip()], where)
                 rows = _records(raw, place, count, where)
             else:
                 rows = _text_rows(raw, place, layout, where)
             found.append(step_of(what, ("file",), time, rows, name))
         place = raw.find(_RESULTS, place)
     if not found:
-        raise unfit(name, f"{what} (*NODE FILE, {LETTERS[what]})", f"no block {_BLOCKS[what]}")
+        raise unfit(name, f"{what} (*NODE FILE, {LETTERS[what]})", f"no block {block}")
     return found
 
 
@@ -368,7 +364,7 @@ def _records(raw: bytes, place: int, count: int, where: str) -> list[list[float]
     components = 0
     while raw.startswith(b" -5", place):
         line, place = _line(raw, place)
-        components += line[_DERIVED].strip() in ("", "0")
+        components += line[33:38].strip() in ("", "0")
     kind = np.dtype([("node", "<i4"), ("vector", "<f4", (components,))])
     end = place + count * kind.itemsize
     if components != 3 or count < 0 or raw[end : end + 1] != b" ":
@@ -394,10 +390,6 @@ _HEADINGS = {  # of the columns, by regular expressions
         ("reactions", "f", "rf", "reaction"),
         ("displacements", "u", "u", "displacement"),
     )
-}
-_EXPECTED: dict[What, str] = {
-    "reactions": "step, node, fx, fy and maybe fz",
-    "displacements": "step, node, ux, uy and maybe uz",
 }
 
 
@@ -455,7 +447,8 @@ def read_vectors_table(path: str | os.PathLike[str], what: What = "reactions") -
 
 def _keys(table: NumberTable, what: What) -> list[str | int]:
     """The columns step, node, fx, fy and, where there is one, fz."""
-    expected, width = _EXPECTED[what], table.values.shape[1]
+    letter, width = "f" if what == "reactions" else "u", table.values.shape[1]
+    expected = f"step, node, {letter}x, {letter}y and maybe {letter}z"
     if not table.columns:
         if width not in (4, 5):
             raise unfit(table.name, f"the columns {expected}", width)
@@ -474,7 +467,7 @@ _FRD = "the results of a CalculiX run (.frd); they are of a load: its key 'open'
 _OF_DAT: dict[str, Callable[..., Any]] = {"stiffness": refuse_as_stiffness, "vectors": read_calculix_output}
 _OF_TABLE = _OF_DAT | {"vectors": read_vectors_table}
 FORMATS = (
-    Format("frd", _FRD, {"vectors": read_frd}, begins=lambda text: text.startswith(_BEGIN)),
+    Format("frd", _FRD, {"vectors": read_frd}, begins=lambda text: text.startswith("    1C")),
     Format("reactions", "reactions", _OF_DAT, contains=has(HEADINGS["reactions"])),
     Format(
         "displacements",

@@ -18,9 +18,6 @@ from shakedown.models.condensation.stiffness_checks import coupled_nodes
 from shakedown.models.readers.text import rows_of_numbers, unfit, whole_numbers
 
 Rows = str | os.PathLike[str] | NDArray[np.intp] | None  # a map file, its content, or none
-# Numbers printed with fewer digits are round, and exact; those with more are as good as floats.
-FEWEST_DIGITS, MOST_DIGITS = 5, 10
-MOST_ENTRIES = 20000  # entries that are examined
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,13 +220,14 @@ def printed_accuracy(values: FloatArray) -> float | None:
     >>> printed_accuracy(np.array([1.234567, -0.07654321, 4.2e5])), printed_accuracy(np.array([1 / 3, 2.0]))
     (1e-07, None)
     """
-    size = np.abs(values[values != 0][:MOST_ENTRIES])
+    fewest, most = 5, 10  # digits: of fewer numbers are round, and exact; of more as good as floats
+    size = np.abs(values[values != 0][:20000])  # so many are examined
     if not size.size:
         return None
     mantissa = size / 10.0 ** np.floor(np.log10(size))
-    for digits in range(1, MOST_DIGITS + 1):
+    for digits in range(1, most + 1):
         printed = np.round(mantissa, digits - 1)
         # round-off of a decimal number between 1 and 10, scaled
         if np.all(np.abs(printed - mantissa) <= ROUND_OFF):
-            return 10.0**-digits if digits >= FEWEST_DIGITS else None
+            return 10.0**-digits if digits >= fewest else None
     return None

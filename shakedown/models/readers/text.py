@@ -21,14 +21,14 @@ from shakedown.ground.regular_file import open_regular
 from shakedown.ground.shown_values import LONGEST_VALUE
 
 LARGEST_WHOLE = 2.0**53  # of whole numbers that are read as real ones
-MOST_BYTES = 4 << 30  # of one input file
 _FORTRAN = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[DdEe]([-+]?[0-9]{1,6})|([-+][0-9]{1,6}))\Z")
 _PLAIN = frozenset("0123456789+-.eE")
 REAL = r"[-+]?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?"  # in regular expressions
 # What libraries raise on a damaged file; anything else is an error of the program.
-_WRONG_NUMBERS = (ValueError, TypeError, LookupError, ArithmeticError, struct.error)
-UNREADABLE = (*_WRONG_NUMBERS, RuntimeError, MemoryError, EOFError, Warning)
-_LISTED = 12  # names that a message lists
+UNREADABLE = (
+    *(ValueError, TypeError, LookupError, ArithmeticError, struct.error),
+    *(RuntimeError, MemoryError, EOFError, Warning),
+)
 
 
 def quoted(text: str) -> str:
@@ -64,7 +64,7 @@ def listed(names: Iterable[str]) -> str:
     ('KAAX, MAAX', 'none')
     """
     shown = [quoted(name)[1:-1] for name in names]
-    return ", ".join(shown[:_LISTED]) + (", …" if len(shown) > _LISTED else "") or "none"
+    return ", ".join(shown[:12]) + (", …" if len(shown) > 12 else "") or "none"
 
 
 def open_input(path: str | os.PathLike[str]) -> BufferedReader:
@@ -79,9 +79,9 @@ def open_input(path: str | os.PathLike[str]) -> BufferedReader:
     with found_in(path):
         file = open_regular(path)
         size = os.fstat(file.fileno()).st_size
-        if size > MOST_BYTES:
+        if size > (most := 4 << 30):
             file.close()
-            raise ProblemError(f"expected at most {MOST_BYTES >> 30} GiB, found {size} bytes")
+            raise ProblemError(f"expected at most {most >> 30} GiB, found {size} bytes")
     return file
 
 
@@ -303,8 +303,6 @@ def sha256(path: str | os.PathLike[str]) -> str:
 
 
 DELIMITERS = {"tab": "\t", ";": ";", ",": ",", "space": None}
-_NUMBER = re.compile(r"[-+]?[.,]?\d")  # how one begins
-_COMMENT = ("#", "%", "!", "$", "**", "//")
 
 
 @dataclass(frozen=True, eq=False)
@@ -400,7 +398,8 @@ def number_table(
             f"{quoted(str(delimiter))} and {quoted(str(decimal))}"
         )
     stripped = enumerate(map(str.strip, lines), start=1)
-    rows = [(k, text) for k, text in stripped if text and not text.startswith(_COMMENT)]
+    remarks = ("#", "%", "!", "$", "**", "//")
+    rows = [(k, text) for k, text in stripped if text and not text.startswith(remarks)]
     if not rows:
         raise unfit(name, "rows of numbers", "none")
     failures = []
@@ -423,7 +422,7 @@ def _split(rows: list[tuple[int, str]], name: str, mark: str, decimal: str | Non
     (_, first), split = rows[0], DELIMITERS[mark]
     comma = decimal == "," or (decimal is None and mark != ",")
     fields = [field.strip().strip('"') for field in first.split(split)]
-    if not all(map(_NUMBER.match, filter(None, fields))):
+    if not all(re.match(r"[-+]?[.,]?\d", field) for field in fields if field):  # as numbers begin
         header, rows = tuple(field for field in fields if field), rows[1:]
     if not rows:
         raise unfit(name, "rows of numbers below the header", "none")
