@@ -305,7 +305,7 @@ def function_stamp(make: Callable[..., Problem], *first: object) -> str:
     Examples
     --------
     >>> import shakedown
-    >>> function_stamp(shakedown.example, "two-node")[:45]
+    >>> function_stamp(shakedown.example, "two-node")[:40]
     'shakedown.files.npz.example 3053854690ce'
     """
     try:
