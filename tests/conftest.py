@@ -31,15 +31,13 @@ POSIX = (  # pipes, signals, devices, limits of a process
 collect_ignore = [] if os.name == "posix" else list(POSIX)
 
 HERE = Path(__file__).parent
-STUDY = "tests/benchmarks/test_benchmarks.py::test_a_study_measures_prints_and_draws"
 FIRST = (  # what compiles the most, each worker other kernels; then what needs those of the first file at most
     "tests/assessment/test_assess.py",
-    *(f"{STUDY}[{name}]" for name in ("enumeration", "space_classical")),
-    "tests/benchmarks/test_benchmarks.py",
-    *(
-        f"tests/{folder}/"
-        for folder in ("bounds/collapse", "bounds/energy", "bounds/every_state", "programs")
-    ),
+    "tests/motion/space/test_directed_motion.py",
+    "tests/bounds/enumeration/",
+    "tests/bounds/energy/",
+    "tests/bounds/every_state/",
+    "tests/programs/",
 )
 LIBRARIES = (
     "cvxpy",
@@ -98,6 +96,9 @@ def _read_a_share(config):
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "needs(peer): left out where a program beside Python is not at hand")
+    config.addinivalue_line(
+        "markers", "slow: studies, pages, killed processes; run with -m slow, as .ci/run does"
+    )
 
 
 def pytest_runtest_setup(item):

@@ -2,9 +2,12 @@
 
 import sys
 
+import pytest
+
 from benchmarks import before_and_after
 
 
+@pytest.mark.slow
 def test_every_call_is_timed_by_the_worker():
     """A checkout beside itself; the names that have moved are found."""
     found = dict(before_and_after.measured((sys.executable, sys.executable), "lower_bound chain", 2))

@@ -78,6 +78,7 @@ def test_without_its_peer_a_study_has_other_cases_or_says_that_it_is_left_out(
         assert study.figures([]) is not None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [pytest.param(name, marks=pytest.mark.needs(PEERS[name])) if name in PEERS else name for name in STUDIES],

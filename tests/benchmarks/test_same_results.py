@@ -12,6 +12,7 @@ from benchmarks.answers import differences
 CHOSEN = ["--joints", "2", "--on", "one-node,random-1,space-0,ansys", "--only", "solve,import"]
 
 
+@pytest.mark.slow
 def test_a_checkout_is_the_same_as_itself_and_not_as_one_a_bit_away(tmp_path, capsys):
     kept = tmp_path / "answers.json"
     assert same_results.main(["--reference", sys.executable, "--save", str(kept), *CHOSEN]) == 0

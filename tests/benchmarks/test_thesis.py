@@ -8,6 +8,8 @@ from benchmarks import thesis
 from benchmarks.runner import RESULTS
 from benchmarks.thesis_entry import entry, markdown, relative_difference, same_digits
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def sections():

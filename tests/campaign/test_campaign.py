@@ -88,6 +88,7 @@ def test_what_is_kept_is_not_done_again(stopped, caplog):
     assert not list(stopped.parent.iterdir())
 
 
+@pytest.mark.slow
 def test_a_run_killed_at_random_instants_ends_as_an_undisturbed_one(tmp_path):
     path, generator, counts = tmp_path / "map.npz", np.random.default_rng(0), [0]
     for _ in range(5):
@@ -106,6 +107,7 @@ def test_a_run_killed_at_random_instants_ends_as_an_undisturbed_one(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_work_that_kills_its_workers_is_given_up_in_words_and_what_is_done_stays(tmp_path):
     path = tmp_path / "map.npz"
     with (
@@ -126,6 +128,7 @@ with run_pieces(Squares(weight=bytes(1 << 17)), 3, output=sys.argv[1], workers=2
 """
 
 
+@pytest.mark.slow
 def test_a_script_without_a_guard_ends_with_a_line_that_names_it(tmp_path):
     """Its workers end while they start; what a pipe does not hold, 64 KiB, must not wait for them to read it."""
     (tmp_path / "script.py").write_text(UNGUARDED)
@@ -145,6 +148,7 @@ def test_work_that_cannot_be_sent_is_one_line():
         run_pieces(local(), 3, workers=2).__enter__()
 
 
+@pytest.mark.slow
 def test_the_workers_of_a_killed_run_go_with_it(tmp_path):
     run = started(tmp_path / "map.npz", 100, 2, 0.3)
     children = Path(f"/proc/{run.pid}/task/{run.pid}/children")

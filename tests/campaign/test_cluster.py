@@ -16,6 +16,8 @@ from shakedown.campaign.pieces import cluster_executor, run_pieces
 from shakedown.ground import code_cache
 from shakedown.ground.errors import SolverError, UsageError
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def cluster():

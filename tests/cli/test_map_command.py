@@ -167,6 +167,7 @@ def stopped(tmp_path, process, number, after):
     return process.communicate(timeout=60)
 
 
+@pytest.mark.slow
 def test_killed_and_resumed_the_file_is_that_of_an_undisturbed_run(tmp_path, undisturbed, caplog):
     process = begun(tmp_path, "--resume", "--workers", "2")
     stopped(tmp_path, process, signal.SIGKILL, 0.3)
@@ -180,6 +181,7 @@ def test_killed_and_resumed_the_file_is_that_of_an_undisturbed_run(tmp_path, und
     assert (tmp_path / "map.npz").read_bytes() == undisturbed
 
 
+@pytest.mark.slow
 def test_an_interrupt_is_one_line_and_keeps_what_is_done(tmp_path):
     out, err = stopped(tmp_path, process := begun(tmp_path, "--workers", "2"), signal.SIGINT, 0.0)
     assert (process.returncode, out, err) == (130, "", "shakedown-bounds: interrupted\n")

@@ -37,6 +37,7 @@ def calculix(folder):
 FOLDERS = {"joint": joint, "block": block, "calculix": calculix, "brake_reuss": brake_reuss.write}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES, ids=named)
 def test_the_blocks_of_a_page_run(page, tmp_path, request):
     whole = request.config.getoption("--whole-site")
