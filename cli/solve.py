@@ -108,9 +108,11 @@ def solve(
 @option("--all", "list_all", is_flag=True, help="List every critical load factor, sorted.")
 def critical(problem: Problem, budget: int, list_all: bool) -> Answer:
     """All critical load factors of FILE: (n+1)-subsets of the 2n constraints."""
+    from shakedown.bounds.enumeration.critical import subset_count  # loads a solver
+
     if problem.directions == 1:
         n, smooth = problem.n, len(problem.law.smooth)
-        count = shakedown.subset_count(n, smooth)
+        count = subset_count(n, smooth)
         subsets = "1 subset" if count == 1 else f"{count:,} subsets"
         remark(f"{subsets} of {n + 1} of {2 * n + smooth} constraints")
     with progress("subsets") as update:

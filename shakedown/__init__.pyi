@@ -17,7 +17,6 @@ from .bounds.energy.energy_ball import EnergyBall as EnergyBall
 from .bounds.energy.energy_ball import energy_ball as energy_ball
 from .bounds.energy.energy_bound import energy_bound as energy_bound
 from .bounds.enumeration.critical import critical_load_factors as critical_load_factors
-from .bounds.enumeration.critical import subset_count as subset_count
 from .bounds.every_state.universal_bound import universal_bound as universal_bound
 from .bounds.registry import BOUNDS as BOUNDS
 from .bounds.uniqueness.friction_thresholds import friction_thresholds as friction_thresholds

@@ -7,6 +7,7 @@ from scipy.optimize import linprog
 import shakedown
 from shakedown import Outcome, Problem, Status
 from shakedown.bounds.collapse.proof_status import lift_off_bound
+from shakedown.bounds.enumeration.critical import subset_count
 from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
 from shakedown.joint.constraints import Side, constraints, loading
 from tests.joints_in_space import embedded
@@ -109,7 +110,7 @@ def test_the_rows_of_pressures_follow_those_of_friction():
     assert (rows.g[-1], rows.d[-1]) == (1.0, 1.0)
     assert lift_off_bound(joint) == pytest.approx(1.0)
     found = shakedown.critical_load_factors(joint, values=True)
-    assert found.total == shakedown.subset_count(2, 1) == 10
+    assert found.total == subset_count(2, 1) == 10
     assert found.smallest_feasible.load_factor == pytest.approx(1.0)
 
 

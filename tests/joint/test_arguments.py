@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.bounds.enumeration.critical import subset_count
 from shakedown.motion.evolution import evolve
 
 JOINT = shakedown.example("two-node")
@@ -17,7 +18,7 @@ MISUSE = {
     "seed negative": lambda: shakedown.verify(JOINT, seed=-1),
     "seed a word": lambda: shakedown.verify(JOINT, seed="a"),
     "threads negative": lambda: shakedown.critical_load_factors(JOINT, threads=-1),
-    "nodes negative": lambda: shakedown.subset_count(-1),
+    "nodes negative": lambda: subset_count(-1),
     "path none": lambda: shakedown.load_problem(None),
     "path empty": lambda: shakedown.load_problem(""),
     "masked array": lambda: shakedown.Problem(
