@@ -60,9 +60,9 @@ class Scaling:
         return self.factor[self.cones.triples :][: self.cones.numbers, None]
 
     @property
-    def of_large(self) -> tuple[FloatArray, float]:
+    def of_large(self) -> tuple[FloatArray, np.floating]:
         """Axis and factor of the large cone."""
-        return self.axis[-self.cones.large :], float(self.factor[-1])
+        return self.axis[-self.cones.large :], self.factor[-1]
 
     def inverses(self) -> FloatArray:
         """W⁻¹ on the cones of three numbers, (j, 3, 3)."""
