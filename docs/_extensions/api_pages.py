@@ -107,6 +107,17 @@ def listed(groups: dict[str, list[tuple[str, str]]]) -> str:
     return text + "\n"
 
 
+def named(groups: dict[str, list[tuple[str, str]]]) -> str:
+    """Headings, and below each the names alone."""
+    return (
+        "".join(
+            f"\n## {heading}\n\n" + ", ".join(f"`{name}`" for _, name in names) + "\n"
+            for heading, names in groups.items()
+        )
+        + "\n"
+    )
+
+
 OPEN = ("shakedown.plot", "shakedown.fem")
 END = "<!-- end of names -->"
 MARKS = {  # what the site has in place of a mark, and of the list between it and the end
@@ -115,19 +126,19 @@ MARKS = {  # what the site has in place of a mark, and of the list between it an
     "<!-- names of plot and fem -->": lambda: "\n".join(map(open_subpackage, OPEN)),
 }
 LISTS = {  # page, mark and list
-    "library.md": ("<!-- public names -->", _groups),
+    "library.md": ("<!-- public names -->", lambda: listed(_groups())),
     "pictures-and-bodies.md": (
         "<!-- names of plot and fem -->",
-        lambda: {f"`{module}`": _open_names(module) for module in OPEN},
+        lambda: named({f"`{module}`": _open_names(module) for module in OPEN}),
     ),
 }
 
 
 def written(page: str) -> str:
     """A page with the list that belongs between its marks."""
-    mark, groups = LISTS[page]
+    mark, names = LISTS[page]
     head, _, rest = (DOCS / "reference" / page).read_text(encoding="utf-8").partition(mark)
-    return f"{head}{mark}\n{listed(groups())}{END}{rest.partition(END)[2]}"
+    return f"{head}{mark}\n{names()}{END}{rest.partition(END)[2]}"
 
 
 def fill(_: Any, __: str, source: list[str]) -> None:
