@@ -318,9 +318,9 @@ def caption() -> str:
     slipping = [row["slipping"][loads.index(shear * factor)] for factor in (first, last)]
     text = (
         f"A flange of {row['n']} contact pairs under a cyclic shear: up to an amplitude of {proved / 1e3} kN slip is proved to "
-        f"cease from every state, above {impossible / 1e3} kN it never does in full contact. At {shear * first:g} kN "
-        f"{slipping[0]} pairs slip in every cycle, at {shear * last:g} kN {slipping[1]}, with {row['work'][-1]:.1f} N mm "
-        "of friction work."
+        f"cease, however the flange was assembled; above {impossible / 1e3} kN it never does while all pairs stay in contact. "
+        f"At {shear * first:g} kN {slipping[0]} pairs slip in every cycle, at {shear * last:g} kN {slipping[1]}, with "
+        f"{row['work'][-1]:.1f} N mm of friction work per cycle."
     )
     return textwrap.fill(text, 118) + "\n"
 
