@@ -33,7 +33,8 @@ CLIMBS = (
     0.75,
     0.95,
 )  # shares of the way to λ_c at which motions are followed for the programs of statement 3
-MOST_UNKNOWNS = 4000  # nodes times load steps of these programs, which take seconds each
+# nodes times load steps of these programs: a tenth of a second each, and minutes in all
+QUICK, MOST_UNKNOWNS = 500, 4000
 
 ANY_ORDER, EVERY, THIS = "every state, any order", "every state", "this state"
 
@@ -97,7 +98,7 @@ class Creep(Evidence):
 
 def of_joint(limits: Any) -> Bound | Missing:
     """λ_c of a joint whose limits are computed (:data:`shakedown.bounds.registry.BOUNDS`)."""
-    return sought(_Search(limits).found)
+    return sought(_Search(limits, QUICK).found)
 
 
 @checked
@@ -148,7 +149,8 @@ def creep_limit(
     start = None if initial_slip is None else checked_initial_slip(problem, initial_slip)
     if accuracy is not None:
         check_scan(1.0, SCANNED, accuracy)
-    return _Search(JointLimits(problem, start, accuracy=accuracy, tolerances=tolerances)).found()
+    limits = JointLimits(problem, start, accuracy=accuracy, tolerances=tolerances)
+    return _Search(limits, MOST_UNKNOWNS).found()
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,6 +158,7 @@ class _Search:
     """The proofs, the scan, and the programs that follow it."""
 
     limits: Any
+    most_unknowns: int  # of the programs of statement 3
 
     @property
     def problem(self) -> Problem:
@@ -276,7 +279,7 @@ class _Search:
     def _climbed(self, seen: float) -> float:
         """Up to where the programs of statement 3 exclude creep; NaN where there are none."""
         problem = self.problem
-        if not self.bodies or problem.is_domain or problem.n * problem.m > MOST_UNKNOWNS:
+        if not self.bodies or problem.is_domain or problem.n * problem.m > self.most_unknowns:
             return nan
         if len(self.bodies) > 1 or self.bodies[0].problem is not problem or not all(self.bodies[0].monotone):
             return nan
