@@ -250,6 +250,7 @@ ANSWERS = {
     "named_start",
     "safe_slip",
     "upper_bound",
+    "creep_limit",
     # from a given state
     "accumulated_bound",
     "energy_ball",
