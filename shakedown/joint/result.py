@@ -97,13 +97,16 @@ class Result(ReadOnly):
     def _words(self) -> list[str]:
         return self.DOCUMENT.split() or [name for name in field_names(self) if not name.startswith("_")]
 
+    def _table_words(self) -> list[str]:
+        return self.TABLE.split()
+
     def _shown(self) -> Iterator[tuple[str, str]]:
         for name in field_names(self):
             yield name, short(getattr(self, name))
 
     def columns(self) -> dict[str, Any]:
         """The columns of the table by name, all of one length."""
-        lists = {word: _listed(getattr(self, word)) for word in self.TABLE.split() or self._words()}
+        lists = {word: _listed(getattr(self, word)) for word in self._table_words() or self._words()}
         found = {word: array for word, array in lists.items() if array is not None}
         if not found:
             return {word: [_cell(getattr(self, word))] for word in self._words()}
