@@ -38,7 +38,8 @@ def test_pressures_are_those_of_contact_in_calculix(step, kelvin):
     theirs[ENDS] *= 2
     assert nodes.units["pressure_max"] == "MPa"
     np.testing.assert_allclose(nodes.pressure_max, theirs, rtol=5e-4)
-    assert nodes.slip_range.max() == 0
+    # of the interference: the load steps are alike but for round-off
+    assert nodes.slip_range.max() <= 1e-15 * 0.012
     assert theirs[INSIDE].min() > 15
 
 
