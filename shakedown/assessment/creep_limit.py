@@ -15,24 +15,21 @@ from shakedown.bounds.bound_result import Bound, Evidence
 from shakedown.bounds.every_state.universal_bound import least_pressure_bound
 from shakedown.bounds.registry import takes_long
 from shakedown.ground.constants import FOUR_DIGITS, SIX_DIGITS, FloatArray
-from shakedown.ground.errors import Missing, allowed, sought
+from shakedown.ground.errors import Missing, allowed, present, sought
 from shakedown.ground.shown_values import down
 from shakedown.ground.status import Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.work_limit import on_one_thread
 from shakedown.joint.arguments import checked, checked_initial_slip
 from shakedown.joint.problem import Problem
-from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.joint.rigid_slips import can_creep
 from shakedown.long_term.creep_proofs import SIDES, SlidingBody, sliding_bodies, steps_back
 from shakedown.long_term.state import LongTermState
 
 SCANNED = 25  # load factors, in equal ratios
 BEYOND = 1.01  # times gross slip: where a scan ends
 AT = 1.01  # times λ_c: where the drift is told
-CLIMBS = (
-    0.75,
-    0.95,
-)  # shares of the way to λ_c at which motions are followed for the programs of statement 3
+CLIMBS = 0.75, 0.95  # shares of the way to λ_c at which motions are followed for the programs of statement 3
 # nodes times load steps of these programs: a tenth of a second each, and minutes in all
 QUICK, MOST_UNKNOWNS = 500, 4000
 
@@ -184,8 +181,7 @@ class _Search:
 
     def found(self) -> Bound:
         """λ_c with its evidence."""
-        rigid = rigid_slips(self.problem)
-        if not rigid.pinned and not rigid.doubt:
+        if not can_creep(self.problem):
             reason = "no slip is rigid: nothing can creep"
             return Bound("creep", Status.UNBOUNDED, inf, Creep(inf, ANY_ORDER), reason=reason)
         if self.limits.open_nodes:
@@ -230,18 +226,17 @@ class _Search:
         wedge = min(min(body.wedge_bounds) if all(body.monotone) else 0.0 for body in self.bodies)
         if wedge > 0:
             yield "wedge", (wedge, ANY_ORDER)
-        elif len(self.bodies) == 1 and self.bodies[0].problem is self.problem and not self._transient:
-            held = self.bodies[0].held_bound(self.start)[0]
+            return
+        body = self.bodies[0]
+        if len(self.bodies) == 1 and body.problem is self.problem and self.problem.q_transient is None:
+            held = body.held_bound(self.start)[0]
             if held > 0:
                 yield "held", (held, THIS)
 
-    @property
-    def _transient(self) -> bool:
-        return self.problem.q_transient is not None
-
     def _closed_up_to(self) -> float:
         """Below it no admissible slip lifts a node off; NaN where no bound was found."""
-        found = allowed(least_pressure_bound, self.problem)
+        every = present(sought(lambda: self.limits.universal))
+        found = (every and every.pressures) or allowed(least_pressure_bound, self.problem)
         return found.lift_off_bound if found else nan
 
     def _scanned(self, proved: float) -> tuple[float, float]:

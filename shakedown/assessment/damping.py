@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import chain
 from math import inf, isnan, nan
 from typing import Any, ClassVar, Literal
@@ -18,7 +19,7 @@ from shakedown.bounds.named_start import named_start
 from shakedown.campaign.pieces import finished
 from shakedown.files.atomic_write import write_table
 from shakedown.ground.argument_kinds import check_count, check_seed
-from shakedown.ground.constants import CYCLES, NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS, FloatArray
+from shakedown.ground.constants import CYCLES, MANY, NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError, allowed
 from shakedown.ground.shown_values import plain, short, shortened, with_unit
 from shakedown.ground.status import OPEN, Outcome
@@ -32,14 +33,13 @@ from shakedown.joint.arguments import (
 )
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.joint.rigid_slips import can_creep
 from shakedown.joint.units import LoadUnit, load_units, require_loads, units_of
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.passage import slip_after_transient
 from shakedown.long_term.state import LongTermState
 
-MOST_STATES = 1_000_000
 # of another amplitude
 UNSTATED: dict[str, Any] = dict.fromkeys(("load_mean", "load_amplitude", "load_units"))
 
@@ -141,35 +141,36 @@ class DampingCurve(Result):
     @property
     def least(self) -> dict[str, FloatArray]:
         """The least dissipation, stiffness, … (k,) of all states; without other states those of the curve."""
-        return {word: np.fmin.reduce(runs) for word, runs in self._runs().items()}
+        return {word: np.fmin.reduce(runs) for word, runs in self._runs.items()}
 
     @property
     def largest(self) -> dict[str, FloatArray]:
         """The largest likewise."""
-        return {word: np.fmax.reduce(runs) for word, runs in self._runs().items()}
+        return {word: np.fmax.reduce(runs) for word, runs in self._runs.items()}
 
     @property
     def least_state(self) -> dict[str, NDArray[np.intp]]:
         """Which of ``band.states`` gives the least, (k,); −1: the curve, from the amplitude before."""
-        return {word: np.where(np.isnan(x), np.inf, x).argmin(axis=0) - 1 for word, x in self._runs().items()}
+        return self._extreme(1.0)
 
     @property
     def largest_state(self) -> dict[str, NDArray[np.intp]]:
         """The same of the largest."""
-        return {
-            word: np.where(np.isnan(x), np.inf, -x).argmin(axis=0) - 1 for word, x in self._runs().items()
-        }
+        return self._extreme(-1.0)
+
+    def _extreme(self, sign: float) -> dict[str, NDArray[np.intp]]:
+        return {key: np.where(np.isnan(x), inf, sign * x).argmin(axis=0) - 1 for key, x in self._runs.items()}
 
     @property
     def unique(self) -> NDArray[np.bool_]:
         """Where the limit cycle is proved to be the only one, (k,): the band is a line there."""
         return np.zeros(len(self.amplitude), dtype=bool) if self.band is None else self.band.unique
 
+    @cached_property
     def _runs(self) -> dict[str, FloatArray]:
         """The words of ``BANDS``, (1 + s, k), of the curve and of all states."""
-        pairs = [(self.displacement, self.dissipation)]
-        if self.band is not None:
-            pairs = list(zip(self.band.displacement, self.band.dissipation, strict=True))
+        own = self if self.band is None else self.band
+        pairs = zip(np.atleast_2d(own.displacement), np.atleast_2d(own.dissipation), strict=True)
         runs = [replace(self, displacement=x, dissipation=D, band=None) for x, D in pairs]
         return {word: np.array([getattr(run, word) for run in runs]) for word in BANDS}
 
@@ -495,7 +496,7 @@ def _states(loaded: _LoadedJoint, values: FloatArray, states: Any, seed: int) ->
                 f"states: expected a number or slips ({problem.layout.slip_size} a row), found {given.shape}"
             )
         return np.array([checked_initial_slip(problem, slip, "states") for slip in given])
-    check_count("states", int(states), MOST_STATES)
+    check_count("states", int(states), MANY)
     named = (allowed(named_start, problem, 0.0, word) for word in ("zero", "given", "witness"))
     found = [slip for slip in named if isinstance(slip, np.ndarray)]
     for k in range(int(states)):
@@ -508,11 +509,10 @@ def _states(loaded: _LoadedJoint, values: FloatArray, states: Any, seed: int) ->
 def _proved_unique(loaded: _LoadedJoint, values: FloatArray) -> NDArray[np.bool_]:
     """Where the limit cycle is proved to be the same from every state, (k,)."""
     problem = loaded.problem
-    if not problem.B.any() and not rigid_slips(problem).pinned and not rigid_slips(problem).doubt:
+    if not problem.B.any() and not can_creep(problem):
         return np.ones(len(values), dtype=bool)
-    if loaded.alone is None:
-        return np.zeros(len(values), dtype=bool)
-    found = allowed(universal_bound, loaded.alone, tolerances=loaded.tolerances)
+    alone = loaded.alone
+    found = None if alone is None else allowed(universal_bound, alone, tolerances=loaded.tolerances)
     return np.asarray(values < (found.load_factor if found else 0.0))
 
 

@@ -18,7 +18,7 @@ from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import loading
 from shakedown.joint.contact_zone import coupled_parts
 from shakedown.joint.problem import Problem
-from shakedown.joint.rigid_slips import rigid_slips, with_free_rigid_slips
+from shakedown.joint.rigid_slips import can_creep, rigid_slips, with_free_rigid_slips
 from shakedown.motion.event_history import EventHistory
 from shakedown.programs.program import Program
 from shakedown.programs.simplex import solve
@@ -152,8 +152,12 @@ class SlidingBody:
 
     def reactions_left(self, history: EventHistory) -> FloatArray:
         """The least distance of every node from either limit during a path, (2, n); 0 where it slips."""
+        return self._room(history).min(axis=1)
+
+    def _room(self, history: EventHistory) -> FloatArray:
+        """The distance of every node from either limit along a path, (2, t, n)."""
         limit = np.abs(self.z) * self.problem.f * history.p
-        return np.stack([(limit + sign * self.z * history.q).min(axis=0) for sign in (1.0, -1.0)])
+        return np.stack([limit + sign * self.z * history.q for sign in (1.0, -1.0)])
 
     def drift_enclosure(self, history: EventHistory) -> tuple[float, float]:
         """The drift per cycle along z of every closed motion lies between these, by one cycle (statement 2).
@@ -164,11 +168,11 @@ class SlidingBody:
         nothing = nan, nan
         if not (all(self.monotone) and self.all_mixtures_irreducible) or not len(history):
             return nothing
-        limit = np.abs(self.z) * self.problem.f * history.p
-        left = limit - np.abs(self.z * history.q)
+        room = self._room(history)
+        largest, left = 0.5 * room.sum(axis=0).max(), room.min(axis=0)
         between = 0.5 * (left[1:] + left[:-1])  # zero only where it is at both ends
         lasting = np.diff(history.cycle) > 0
-        at_limits = (between <= SIX_DIGITS * limit.max()).all(axis=1) & lasting
+        at_limits = (between <= SIX_DIGITS * largest).all(axis=1) & lasting
         if (history.state == OPEN).any() or (~lasting & (np.diff(history.v, axis=0) != 0).any(axis=1)).any():
             return nothing
         if at_limits.any():
@@ -264,13 +268,14 @@ class _Path:
 
         body, side, back = self.body, self.side, self.back
         (m, n), count = back.shape, int(self.columns.max()) + 1
-        scale = float(np.abs(body.h0[side]).mean())
-        ahead, again = np.roll(self.columns, 1, axis=0), []
+        # forces in units of their mean, slips in those that this force causes
+        scale, stiff = float(np.abs(body.h0[side]).mean()), float(np.abs(np.diagonal(body.M[side])).mean())
+        ahead = np.roll(self.columns, 1, axis=0)
         k, i = np.divmod(np.arange(m * n), n)
         dense = np.broadcast_to(np.repeat(np.arange(m * n), n)[:, None], (m * n * n, 1)).ravel()
 
         def rows(M: FloatArray, at: NDArray[np.intp], growing: FloatArray) -> coo_array:
-            values = np.append(-np.tile(M, (m, 1)).ravel(), -growing.ravel())
+            values = np.append(-np.tile(M, (m, 1)).ravel() / stiff, -growing.ravel() / scale)
             columns = np.append(at[k].ravel(), np.full(m * n, count))
             return coo_array((values, (np.append(dense, np.arange(m * n)), columns)), (m * n, count + 1))
 
@@ -285,22 +290,16 @@ class _Path:
         pair = np.concatenate([ahead.ravel()[free], self.columns.ravel()[free]])
         values = np.repeat([1.0, -1.0], len(free))
         again = coo_array((values, (np.tile(np.arange(len(free)), 2), pair)), (len(free), count + 1))
-        stiff = float(np.abs(np.diagonal(M)).mean())
-        size = scale / stiff
-        # forces in units of their mean, slips in those that this force causes
-        matrix = vstack([*(each / stiff for each in matrices), again]).tocsr()
-        matrix = matrix.tolil()
-        matrix[:, count] = matrix[:, [count]] / size
         end = linprog(
             np.append(np.zeros(count), cost),
-            A_ub=matrix.tocsr(),
+            A_ub=vstack([*matrices, again]).tocsr(),
             b_ub=np.concatenate([each / scale for each in right] + [np.zeros(len(free))]),
             bounds=[(0.0, 0.0)] + [(None, None)] * (count - 1) + [(low, high)],
             method="highs",
         )
         if end.x is None:
             return nan
-        x, load_factor = self._without_round_off(end.x[self.columns] * size), float(end.x[count])
+        x, load_factor = self._without_round_off(end.x[self.columns] * (scale / stiff)), float(end.x[count])
         return load_factor if self._holds(x, load_factor) else nan
 
     def _without_round_off(self, x: FloatArray) -> FloatArray:
@@ -340,12 +339,12 @@ def sliding_bodies(problem: Problem) -> tuple[SlidingBody | None, ...]:
 
     None for a part with several rigid slips, one that leaves a node in place, or one in doubt.
     """
-    if problem.directions > 1 or not (rigid_slips(problem).pinned or rigid_slips(problem).doubt):
+    if problem.directions > 1 or not can_creep(problem):
         return ()
     found = list[SlidingBody | None]()
     for part in coupled_parts(problem):
-        rigid = rigid_slips(part.joint)
-        if rigid.pinned or rigid.doubt:
+        if can_creep(part.joint):
+            rigid = rigid_slips(part.joint)
             found.append(_body(part.joint) if len(rigid.pinned) == 1 and not rigid.doubt else None)
     return tuple(found)
 
