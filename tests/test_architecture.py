@@ -55,7 +55,6 @@ INSIDE = {  # what commands and studies reach for beside public names: checks of
     ("cli.solve", "shakedown.bounds.bound_result"),
     ("cli.solve", "shakedown.bounds.enumeration.critical"),
     ("benchmarks.floating_joints", "shakedown.joint.rigid_slips"),
-    ("benchmarks.decks", "shakedown.models.readers.deck"),
     ("benchmarks.stability", "shakedown.motion.course"),
     ("benchmarks.stability", "shakedown.motion.plane"),
     ("benchmarks.stability", "shakedown.motion.plane.active_set"),
