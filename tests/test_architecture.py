@@ -54,7 +54,6 @@ INSIDE = {  # what commands and studies reach for beside public names: checks of
     ("cli.studies", "shakedown.campaign.pieces"),
     ("cli.solve", "shakedown.bounds.bound_result"),
     ("cli.solve", "shakedown.bounds.enumeration.critical"),
-    ("benchmarks.floating_joints", "shakedown.joint.rigid_slips"),
     ("benchmarks.stability", "shakedown.motion.course"),
     ("benchmarks.stability", "shakedown.motion.plane"),
     ("benchmarks.stability", "shakedown.motion.plane.active_set"),

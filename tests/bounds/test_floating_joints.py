@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-import shakedown
-from benchmarks.floating_joints import (
+from floating_joints import (
     AGREES,
     by_highs,
     other_pins,
     rational_joint,
     true_bounds,
 )
+
+import shakedown
 from benchmarks.problems import in_units, joint
 from shakedown import Problem
 from shakedown.bounds.independent_solver import conic_upper_bound

@@ -4,9 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-import shakedown
-from benchmarks.floating_joints import (
+from floating_joints import (
     floating_block,
     floating_joint,
     floating_solid,
@@ -15,6 +13,8 @@ from benchmarks.floating_joints import (
     stiffened,
     without_places,
 )
+
+import shakedown
 from shakedown import Problem
 from shakedown.joint.rigid_slips import can_drift, free_stiffness, rigid_slips, zero_modes
 

@@ -11,6 +11,7 @@ import highspy
 import numpy as np
 from flint import fmpq, fmpq_mat
 
+from benchmarks.bounds import highs_model
 from benchmarks.drawn_joints import drawn_joint_in_space
 from shakedown import Problem
 from shakedown.fem import (
@@ -136,45 +137,30 @@ class PinnedPrograms:
 
     def __init__(self, problem: Problem, pins: list[int]) -> None:
         rows = constraints(problem)
-        self.node, self.kept = rows.node, [i for i in range(rows.n) if i not in pins]
-        matrix = np.column_stack([rows.G[:, self.kept], rows.d])
-        self.size = np.abs(matrix[:, :-1]).max(axis=1)
-        matrix = matrix / self.size[:, None]
-        self.load = float(np.abs(rows.g / self.size).max()) or 1.0
-        self.matrix, self.right = (
-            matrix * np.append(np.ones(len(self.kept)), 1 / self._unit(matrix)),
-            rows.g / self.size,
-        )
-        self.unit = self._unit(matrix)
-
-    @staticmethod
-    def _unit(matrix: np.ndarray) -> float:
-        return float(np.abs(matrix[:, -1]).max()) or 1.0
+        self.node, kept = rows.node, [i for i in range(rows.n) if i not in pins]
+        matrix = np.column_stack([rows.G[:, kept], rows.d])
+        size = np.abs(matrix[:, :-1]).max(axis=1)
+        matrix, right = matrix / size[:, None], rows.g / size
+        self.unit, self.load = float(np.abs(matrix[:, -1]).max()) or 1.0, float(np.abs(right).max()) or 1.0
+        matrix[:, -1] /= self.unit
+        self.matrix, self.right = matrix, right / self.load
 
     def solve(self, towards: float, reversed_node: int = -1) -> tuple[float, np.ndarray, list[int]]:
         """Load factor (inf unbounded, NaN infeasible), slips, and the active rows; −λ ≤ 0 is the last row."""
         sign = np.where(self.node == reversed_node, -1.0, 1.0)
-        count = self.matrix.shape[1]
-        bound = np.zeros(count)
-        bound[-1] = -1.0
-        matrix = np.vstack([self.matrix * sign[:, None], bound])
-        solver = highspy.Highs()
-        solver.setOptionValue("output_flag", False)
+        bound = np.append(np.zeros(self.matrix.shape[1] - 1), -1.0)
+        solver = highs_model(
+            np.vstack([self.matrix * sign[:, None], bound]),
+            np.append(self.right * sign, 0.0),
+            -towards * bound,
+        )
+        solver.changeColBounds(len(bound) - 1, -highspy.kHighsInf, highspy.kHighsInf)  # the last row says it
         for side in ("primal", "dual"):
             solver.setOptionValue(f"{side}_feasibility_tolerance", 1e-10)
-        limits = np.append(self.right * sign / self.load, 0.0)
-        cost = np.zeros(count)
-        cost[-1] = towards
-        for j in range(count):
-            solver.addVar(-highspy.kHighsInf, highspy.kHighsInf)
-            solver.changeColCost(j, cost[j])
-        columns = np.arange(count, dtype=np.int32)
-        for row, limit in zip(matrix, limits, strict=True):
-            solver.addRow(-highspy.kHighsInf, limit, count, columns, row)
         solver.run()
         status = solver.getModelStatus().name
         if status != "kOptimal":
-            return (inf if status == "kUnbounded" else np.nan), np.zeros(count - 1), []
+            return (inf if status == "kUnbounded" else np.nan), np.zeros(len(bound) - 1), []
         x = np.array(solver.getSolution().col_value) * self.load
         basis = solver.getBasis().row_status
         active = [i for i, state in enumerate(basis) if state != highspy.HighsBasisStatus.kBasic]
