@@ -16,7 +16,6 @@ checkout against those of another one, to the last bit; ``before_and_after`` hol
 """
 
 STUDIES: tuple[str, ...] = (
-    "accumulated_adversary",
     "bolted_flange",
     "bounds",
     "calculix_contact",

@@ -71,23 +71,6 @@ def _hard_cases() -> Figures:
     ]
 
 
-def _floating_joints() -> Figures:
-    found = rows("floating_joints")
-
-    def most(*keys: str) -> str:
-        return f"{max(row[key] for row in found for key in keys if row[key] is not None):.0e}"
-
-    joints, known = (sum(row[key] for row in found) for key in ("joints", "true_known"))
-    return [
-        (
-            f"limits of {joints} joints that friction alone holds, against HiGHS (at 620f54f0)",
-            most("upper_off_highs", "lower_off_highs"),
-        ),
-        (f"{known} of them against the optimum in fractions", most("upper_off_truth", "lower_off_truth")),
-        ("the same joints in other units, orders and scales", most("units", "forms")),
-    ]
-
-
 def _stability() -> Figures:
     verdicts: dict[str, list[str]] = {}
     for row in rows("stability"):
@@ -143,12 +126,6 @@ def _calculix() -> Figures:
         ("load over λ_T up to which, from which CalculiX finds no slip, slip in every cycle",
          f"{max(bracket['no slip'])}, {min(bracket['slips in every cycle'])}"),
     ]  # fmt: skip
-
-
-def _attacks() -> Figures:
-    found = rows("accumulated_adversary")
-    failed, runs = sum(row["farther"] for row in found), sum(row["runs"] for row in found)
-    return [("simulations that attack the proved total slip", f"{failed} of {runs:,} go farther")]
 
 
 def _damping() -> Figures:
@@ -276,11 +253,9 @@ def _classical() -> Figures:
 
 ACCURACY = {
     "hard_cases": _hard_cases,
-    "floating_joints": _floating_joints,
     "stability": _stability,
     "long_term": _long_term,
     "calculix_contact": _calculix,
-    "accumulated_adversary": _attacks,
     "damping": _damping,
     "classical_contacts": _classical,
     "space_classical": _space_classical,

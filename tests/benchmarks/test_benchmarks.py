@@ -32,11 +32,6 @@ FEWEST = {
     "verify_times": [{"what": "λ_max"}],
 }
 
-# Of these the smallest case still has many joints or cycles: so many are enough to see that it measures.
-SMALLER = {
-    "accumulated_adversary": {"MOVES": 40},
-}
-
 
 def test_a_slip_is_the_overshoot_over_the_resistance() -> None:
     """One node with A = 1, B = 1/2, f = 1/2: backward slip of (q − f p) / (A − f B), then the other way."""
@@ -86,8 +81,6 @@ def test_without_its_peer_a_study_has_other_cases_or_says_that_it_is_left_out(
 def test_a_study_measures_prints_and_draws(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(timing, "LEAST", 0.0)  # times mean nothing here
     study = importlib.import_module(f"benchmarks.{name}")
-    for own, fewer in SMALLER.get(name, {}).items():
-        monkeypatch.setattr(study, own, fewer)
     cases = list(study.cases(True))
     fewest = FEWEST.get(name, [cases[0]])
     chosen = [case for case in cases if any(few.items() <= case.items() for few in fewest)]
