@@ -1,14 +1,13 @@
 """Which numbers converge as a mesh is refined, joint by joint: the numbers behind docs/mesh.md.
 
 Every joint on a sequence of meshes with the number of contact elements doubled: blocks and a pad with
-sharp corners, below and above the critical friction of these (:mod:`benchmarks.corner_field`);
+sharp corners, below and above the critical friction of these (docs/mesh.md);
 elastically similar blocks and a press fit, which have no such corner; a cylinder on a flat, whose pressure
 ends like a root; the slanted block of thesis chapter V. In space a brick, a sphere on a flat and a bolted
 lap joint. Of each :func:`shakedown.refine` tells which of the limits, of λ_max averaged over a length, of
 friction work and of the largest slip at one load have a limit, and which one.
 """
 
-import argparse
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -20,9 +19,7 @@ from benchmarks.bodies.blocks import cantilevered_block
 from benchmarks.bodies.classical import cylinder_on_flat, press_fit
 from benchmarks.bodies.lap_joint import lap_joint
 from benchmarks.bodies.sphere import sphere_on_flat
-from benchmarks.corner_field import corner_field
 from benchmarks.lap_joint import WASHER
-from benchmarks.runner import run_study
 from shakedown import Problem, plot, refine
 from shakedown.fem import (
     Displacement,
@@ -197,12 +194,6 @@ def tables(rows: list[dict[str, Any]]) -> str:
             for name, trend in found.trends.items()
         ]
         lines += [table(head, cells), ""]
-    lines.append("critical friction of a corner, ν = 0.3, and the power by which λ_max falls:")
-    for degrees, against, name in ((60, None, "rigid"), (90, None, "rigid"), (90, STEEL, "its own material")):
-        for f in (0.2, 0.3, 0.4):
-            corner = corner_field(np.radians(degrees), STEEL, f, against=against)
-            critical = f"{corner.shear_ratio:.3f}"
-            lines.append(f"{degrees:4}° on {name}: {critical}; f = {f:g}: h^{corner.slope:.3f}")
     return "\n".join(lines)
 
 
@@ -225,11 +216,3 @@ def figures(rows: list[dict[str, Any]]) -> dict[str, Figure]:
     figure.supylabel("value, by that on the finest mesh; dashed: limit, where it converges")
     figure.legend(list(lines.values()), list(lines), loc="outside lower center", ncols=4)
     return {"refinement": figure}
-
-
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.refinement", description=TITLE)
-    parser.add_argument("--short", action="store_true", help="two coarse meshes of each joint")
-    parser.add_argument("--fresh", action="store_true", help="measure again what is already stored")
-    options = parser.parse_args()
-    run_study("refinement", short=options.short, fresh=options.fresh)
