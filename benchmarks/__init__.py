@@ -6,7 +6,7 @@ A study is a module of this package with
 - ``cases(short)``: the cases to measure, each a JSON-ready dictionary;
 - ``measure(case)``: one case measured, a JSON-ready row;
 - ``tables(rows)``: what the rows say, as text;
-- ``figures(rows)``: what they show, as {name: matplotlib Figure}.
+- ``figures(rows)``: what they show, as {name: matplotlib Figure}, where a page shows it.
 
 Rows are stored as soon as they are measured, so that an interrupted study goes
 on where it stopped.

@@ -2,22 +2,19 @@
 
 CalculiX has the same method (``TYPE=MORTAR``): of two blocks that stick, pressed and sheared, its nodal
 forces are the welded reactions here, where its iteration holds the surfaces together; ``apart`` says by how
-much it does not, as a share of the largest displacement. A bracket bolted to a plate is tightened there and
-pushed around, with slip, in contact of either type.
+much it does not, as a share of the largest displacement.
 """
 
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from skfem import MeshQuad
 
 import shakedown
 from benchmarks import calculix_peer
-from benchmarks.bolted_bracket import followed
+from benchmarks.display import listed
 from benchmarks.unlike_blocks import stuck_in_calculix
 from shakedown import Problem
 from shakedown.fem import (
@@ -31,7 +28,6 @@ from shakedown.fem import (
     brick_mesh,
     contact_problem,
 )
-from shakedown.report.facts import table
 
 TITLE = "Surfaces whose meshes do not match"
 STEEL, FRICTION, STEPS = Material(210e3, 0.3), 0.4, 16
@@ -70,13 +66,6 @@ BLOCKS = [
     ((4, 3, 1), (6, 4, 1)),
     ((4, 3, 2), (6, 4, 2)),
 ]
-# type, elements along foot and plate, penalty of gap and stick [N/mm³], increments of a step
-BRACKETS = [
-    ("MORTAR", (10, 14), 1e8, 1e7, 0.1),
-    ("MORTAR", (10, 14), 1e8, 1e8, 0.0125),
-    ("SURFACE TO SURFACE", (10, 14), 1e7, 1e6, 0.1),
-    ("SURFACE TO SURFACE", (16, 22), 1e7, 1e6, 0.1),
-]
 
 
 def cases(short: bool) -> list[dict]:
@@ -86,21 +75,17 @@ def cases(short: bool) -> list[dict]:
     ]
     rings = [{"part": "press fit", "mesh": list(pair)} for pair in RINGS]
     blocks = [{"part": "CalculiX", "mesh": [list(side) for side in pair]} for pair in BLOCKS]
-    keys = ("kind", "mesh", "slope", "stick", "increment")
-    brackets = [
-        {"part": "bracket"} | dict(zip(keys, (kind, list(mesh), *more), strict=True))
-        for kind, mesh, *more in BRACKETS
-    ]
     if not calculix_peer.is_here():
         print(calculix_peer.ABSENT)
-        blocks, brackets = [], []
-    every = patches + limits + rings + blocks + brackets
-    return [patches[0], limits[0], rings[0], *blocks[:1]] if short else every
+        blocks = []
+    if short:
+        return [patches[0], limits[0], rings[0], *blocks[:1]]
+    return patches + limits + rings + blocks
 
 
 def measure(case: dict) -> dict:
     parts = {"patch": _patch, "limits": _limits, "press fit": _press_fit, "CalculiX": _calculix}
-    return _bracket(**case) if case["part"] == "bracket" else parts[case["part"]](case["mesh"])
+    return parts[case["part"]](case["mesh"])
 
 
 def _patch(name: str) -> dict:
@@ -197,90 +182,33 @@ def _calculix(mesh: list[list[int]]) -> dict:
         return stuck_in_calculix(Path(folder), *map(tuple, mesh))
 
 
-def _bracket(part: str, mesh: list[int], **how: Any) -> dict:
-    with TemporaryDirectory() as folder:
-        return followed(Path(folder), *mesh, **how)
+TABLES = {
+    "patch": (
+        "constant pressure: largest relative error; least eigenvalue of κ by the largest",
+        {"first : second": "{mesh}", "n": "{n}", "pressure": "{pressure:.0e}", "shear": "{shear:.0e}",
+         "eigenvalue": "{least:.0e}"},
+    ),
+    "limits": (
+        f"sheared block; slips and work per cycle at λ = {LOAD_FACTOR}",
+        {"first : second": "{mesh[0]} : {mesh[1]}", "n": "{n}", "λ_max": "{largest:.4f}",
+         "λ_E": "{energy:.4f}",
+         "max B/A": "{coupling:.4f}", "outcome": "{outcome}", "slip": "{slip:.3e}", "work": "{work:.4e}"},
+    ),
+    "press fit": (
+        "press fit: pressure by Lamé's, its spread around the circumference",
+        {"hub : shaft": "{mesh[0]} : {mesh[1]}", "n": "{n}", "p / Lamé": "{lame:.4f}",
+         "spread": "{spread:.0e}"},
+    ),
+    "CalculiX": (
+        "CalculiX, TYPE=MORTAR, all nodes stuck: largest difference by the largest force",
+        {"first : second": "{mesh[0]} : {mesh[1]}", "n": "{n}", "normal forces": "{pressure:.0e}",
+         "shear forces": "{shear:.0e}", "apart": "{apart:.0e}"},
+    ),
+}  # fmt: skip
 
 
 def tables(rows: list[dict]) -> str:
-    parts = {
-        part: [row for row in rows if row["part"] == part]
-        for part in ("patch", "limits", "press fit", "CalculiX", "bracket")
-    }
-    said = []
-    if parts["patch"]:
-        lines = [
-            [r["mesh"], str(r["n"]), f"{r['pressure']:.0e}", f"{r['shear']:.0e}", f"{r['least']:.0e}"]
-            for r in parts["patch"]
-        ]
-        said.append("constant pressure: largest relative error; least eigenvalue of κ by the largest")
-        said.append(table(["first : second", "n", "pressure", "shear", "eigenvalue"], lines))
-    if parts["limits"]:
-        lines = [
-            [
-                _name(r["mesh"]), str(r["n"]), f"{r['largest']:.4f}", f"{r['energy']:.4f}",
-                f"{r['coupling']:.4f}",
-                r["outcome"], f"{r['slip']:.3e}", f"{r['work']:.4e}",
-            ]
-            for r in parts["limits"]
-        ]  # fmt: skip
-        said.append(f"\nsheared block; slips and work per cycle at λ = {LOAD_FACTOR}")
-        said.append(table(["mesh", "n", "λ_max", "λ_E", "max B/A", "outcome", "slip", "work"], lines))
-    if parts["press fit"]:
-        lines = [
-            [_name(r["mesh"]), str(r["n"]), f"{r['lame']:.4f}", f"{r['spread']:.0e}"]
-            for r in parts["press fit"]
-        ]
-        said.append("\npress fit: pressure by Lamé's, its spread around the circumference")
-        said.append(table(["hub:shaft", "n", "p / Lamé", "spread"], lines))
-    if parts["CalculiX"]:
-        lines = [
-            [
-                " : ".join("×".join(map(str, side)) for side in r["mesh"]), str(r["n"]),
-                f"{r['pressure']:.0e}", f"{r['shear']:.0e}", f"{r['apart']:.0e}",
-            ]
-            for r in parts["CalculiX"]
-        ]  # fmt: skip
-        said.append("\nCalculiX, TYPE=MORTAR, all nodes stuck: largest difference by the largest force")
-        said.append(table(["first : second", "n", "normal forces", "shear forces", "apart"], lines))
-    if parts["bracket"]:
-        lines = [
-            [
-                r["kind"], _name(r["mesh"]), str(r["n"]), f"{r['stick']:.0e}", f"{r['increment']:g}",
-                *(f"{r[key]:.1e}" for key in ("pressure", "shear", "slip", "bolt")), f"{r['open']:+.0f}",
-            ]
-            for r in parts["bracket"]
-        ]  # fmt: skip
-        said.append("\nbracket in CalculiX, tightened and pushed: largest differences by the largest value")
-        heads = ["type", "mesh", "n", "stick slope", "increment", "normal forces", "shear forces", "slips"]
-        said.append(table([*heads, "force in the bolt", "more open"], lines))
-    return "\n".join(said)
-
-
-def _name(mesh: list[int]) -> str:
-    return f"{mesh[0]}:{mesh[1]}" if mesh[0] != mesh[1] else f"{mesh[0]}, matching"
-
-
-def figures(rows: list[dict]) -> dict[str, Figure]:
-    limits = [row for row in rows if row["part"] == "limits"]
-    if not limits:
-        return {}
-    figure = Figure(figsize=(8.4, 3.4), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    kinds = {
-        "matching": lambda a, b: a == b,
-        "first coarser, 2:3": lambda a, b: 3 * a == 2 * b,
-        "first finer, 3:2": lambda a, b: 2 * a == 3 * b,
-        "1:2.7": lambda a, b: 2.5 < b / a < 2.8,
-    }
-    for axes, key, label in ((left, "largest", "λ_max"), (right, "energy", "λ_E, proved from slip zero")):
-        for kind, belongs in kinds.items():
-            mine = sorted((min(r["mesh"]), r[key]) for r in limits if belongs(*r["mesh"]))
-            if mine:
-                axes.semilogx(*zip(*mine, strict=True), "o-", ms=4, label=kind)
-        axes.set(xlabel="elements along the coarser side", ylabel=label)
-        axes.minorticks_off()
-        axes.set_xticks(MATCHING, [str(count) for count in MATCHING])
-        axes.grid(alpha=0.3)
-    left.legend(fontsize=8)
-    return {"unlike-meshes": figure}
+    parts = {part: [row for row in rows if row["part"] == part] for part in TABLES}
+    return "\n\n".join(
+        f"{TABLES[part][0]}\n{listed(found, TABLES[part][1])}" for part, found in parts.items() if found
+    )

@@ -70,7 +70,6 @@ def test_without_its_peer_a_study_has_other_cases_or_says_that_it_is_left_out(
     if not cases:
         assert PEERS[name].ABSENT in capsys.readouterr().out
         assert "left out" in study.tables([])
-        assert study.figures([]) is not None
 
 
 @pytest.mark.slow
@@ -88,5 +87,6 @@ def test_a_study_measures_prints_and_draws(name: str, monkeypatch: pytest.Monkey
     assert rows
     assert json.loads(json.dumps(rows, allow_nan=False)) == rows
     assert study.tables(rows).strip()
-    for figure in study.figures(rows).values():
-        figure.canvas.draw()
+    if hasattr(study, "figures"):
+        for figure in study.figures(rows).values():
+            figure.canvas.draw()
