@@ -1,281 +1,270 @@
 """Chapter III of the thesis reproduced: the receding contact of a block on a rigid plane.
 
-A block h × 4h is pressed on a rigid plane by a pressure on the central strip 2h
-of its top, f = 0.35, ν = 0.3; the pressure rises to p_max, then cycles between
-p_max and p_max/3. The thesis (figs. 3.2–3.8) reports zones of stick, slip and
-separation that do not change during the first loading, slip increments per cycle
-that fall like N^−3.1, and a dissipation per cycle that falls to about 56 % of the
-first. Its mesh is not stated: the study repeats the case on several. Nor does it say
-which plane it means: plane strain is our choice.
+A block h × 4h is pressed on a rigid plane by a pressure on the central strip 2h of its top, f = 0.35,
+ν = 0.3; the pressure rises to p_max, then cycles between p_max and p_max/3. The right half is followed from
+event to event, so neither the path nor the dissipation −∫ q dv depends on a load step; one mesh is repeated
+with fixed load steps, as in the thesis. Its mesh is not stated, nor which plane it means: plane strain is our
+choice.
 
-A cycle leads from p_max to p_max, so the first loading is no part of the first.
-Slip increment of cycle N: largest change of any node's slip from the start to
-the end of the cycle. The path is followed from event to event, so neither it nor
-the dissipation −∫ q dv depends on a load step; one mesh is repeated with the
-thesis's fixed load steps.
+A cycle leads from p_max to p_max, so the first loading is no part of the first. The increment of cycle N
+is the largest change of any node's slip from its start to its end. On a mesh the power law of the increments
+must end: as soon as the sequence of contact states repeats, the map from cycle to cycle is affine and they
+fall geometrically. The finer the mesh, the later that happens; the exponent is read off before it does.
 
-What comes out (``results/receding.json``): on every mesh the zones of the first
-loading do not change at all. On the finest mesh the exponent is −3.09, −3.11, −3.06
-over N = 5–20, 10–40, 20–80; over 5–20 it is −2.95 to −3.14 on coarser ones, and over
-2–10, where the power law is not reached yet, −2.65 to −2.77 on all. The dissipation
-falls to 0.553–0.557 of the first cycle's from 33 nodes on the half upwards (0.547
-with 17), the upper end on the coarser meshes: the thesis's "about 56 %".
+What the thesis draws of zones are numbers here:
 
-On a mesh the power law must end: as soon as the sequence of contact states
-repeats, the map from cycle to cycle is affine and the increments fall
-geometrically. The finer the mesh, the later that happens; the exponent is read
-off before it does.
+- fig. 3.2, first loading: zones of stick, slip and separation do not change;
+- fig. 3.3, unloading to zero: stick at the edges of the contact at once; the contact area falls
+  monotonically; at zero load all slip reverts and all gaps close;
+- fig. 3.5, ninth cycle: three stick regions (of the whole contact) separated by small slip regions during
+  unloading, which stay stuck during reloading (here the outermost of their nodes slip again in its last
+  hundredths);
+- fig. 3.7, steady state: points that reach |q| = f p but do not slip.
 """
 
-import argparse
-import time
-from typing import Any
+from dataclasses import replace
+from itertools import groupby
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+import shakedown
 from benchmarks.bodies.blocks import receding_block
-from benchmarks.runner import run_study
-from shakedown import Problem, simulate
+from benchmarks.display import listed, panels
+from shakedown import Problem, plot
 from shakedown.ground.constants import FloatArray
 from shakedown.motion.event_history import EventHistory
+from shakedown.motion.evolution import evolve
 
 TITLE = "Chapter III: receding contact under cyclic loading"
 THESIS_EXPONENT, THESIS_RATIO = -3.1, 0.56
-STEPS = 2  # of one cycle: the loading is piecewise linear, and the path between is exact
-LOADING_ROWS, CYCLE_ROWS = 10, 80  # rows of the zone pictures
+WINDOWS = ((5, 20), (10, 40), (20, 80))  # of N, in which exponents are fitted
 FLOOR = 1e-7  # increments below this share of the first are left out
-GREY, COLOURS = "0.75", {"o": "white", "s": "0.35", "+": "tab:red", "-": "tab:blue"}
-MEANING = {"o": "open", "s": "stick", "+": "slip outwards", "-": "slip inwards"}
-LETTERS = {0: "s", 1: "-", -1: "+", 2: "o"}  # of a node right of the middle; forward slip leads outwards
+P_MAX, THIRD, NINTH = -0.5, 0.0, 7.5  # times in cycles: p_max, p_max/3 in the first cycle, p_max again
+NEARLY_ALL = 0.9  # how much of an unloading or reloading counts as its main part
+SOON = 1e-3  # of a cycle: "at once"
+AT_THE_LIMIT = 1e-9  # as the marks of plot.zones
+LETTERS = {0: "s", 1: "-", -1: "+", 2: "o"}  # stick, slip inwards and outwards, open
+DRAWN = 12  # finest refinement of which zones are counted and drawn
 
 
-def cases(short: bool) -> list[dict[str, Any]]:
-    """Halves of the block on refined meshes, one whole block, one mesh with fixed load steps."""
-    sizes = (2, 4, 8) if short else (2, 4, 6, 8, 12, 16, 24)
-    exact = [{"refinement": r, "symmetric": True, "method": "event", "steps": STEPS} for r in sizes]
-    whole = {"refinement": 4, "symmetric": False, "method": "event", "steps": STEPS}
-    fixed = [{"refinement": 8, "symmetric": True, "method": "gauss-seidel", "steps": m} for m in (40, 80)]
-    return [*exact, whole, *([] if short else fixed)]
+def cases(short: bool) -> list[dict]:
+    """Finer and finer meshes, and one of them with fixed load steps."""
+    exact = [{"refinement": r, "steps": 2} for r in ((2, 4) if short else (2, 4, 6, 8, 12, 16, 24))]
+    return exact + [{"refinement": 8, "steps": steps} for steps in (() if short else (40, 80))]
 
 
-def measure(case: dict[str, Any]) -> dict[str, Any]:
-    """Simulate one mesh and reduce the path to what the figures show."""
-    block = receding_block(
-        case["refinement"], symmetric=case["symmetric"], steps=case["steps"], first_loading=1
-    )
-    began = time.perf_counter()
-    run = simulate(block, 1.0, cycles=100 if case["steps"] > 2 else 1000, method=case["method"], record=True)
-    seconds = time.perf_counter() - began
-    assert run.history is not None
-    path = run.history
-    ends = np.arange(run.cycles_simulated + 1) - 1 / case["steps"]  # p_max, where cycles begin and end
-    slips, dissipated = _at(path.cycle, path.v, ends), _at(path.cycle, _dissipated(path), ends)
-    increment, dissipation = np.abs(np.diff(slips, axis=0)).max(axis=1), np.diff(dissipated)
-    exact = isinstance(path, EventHistory)  # then the limit is known, else the last cycle stands for it
+def measure(case: dict) -> dict:
+    refinement, steps = case["refinement"], case["steps"]
+    return cycles(refinement, steps) | (zones(refinement) if steps == 2 and refinement <= DRAWN else {})
+
+
+def cycles(refinement: int, steps: int = 2) -> dict:
+    """Slip increments and dissipation cycle by cycle; more than two load steps are fixed ones."""
+    block, exact = receding_block(refinement, symmetric=True, steps=steps), steps == 2
+    method = "event" if exact else "gauss-seidel"
+    run = shakedown.simulate(block, 1.0, cycles=1000 if exact else 100, method=method, record=True)
+    path, ends = run.history, np.arange(run.cycles_simulated + 1) - 1 / steps
+    assert path is not None
+    last = np.searchsorted(path.cycle, ends + 1e-9, side="right") - 1  # rows at p_max
+    work = -(0.5 * (path.q[1:] + path.q[:-1]) * np.diff(path.v, axis=0)).sum(axis=1)
+    dissipation = np.diff(np.append(0.0, np.cumsum(work))[last])
+    increment = np.abs(np.diff(path.v[last], axis=0)).max(axis=1)
     limit = run.dissipation_per_cycle if exact else dissipation[-1]
-    row = {
+    return {
         "nodes": block.n,
-        "outcome": str(run.outcome),
-        "cycles_simulated": run.cycles_simulated,
-        "events": run.events,
-        "seconds": round(seconds, 2),
-        "friction_law": run.residual,
-        "first_loading_dissipation": float(dissipated[0]),
+        "cycles": run.cycles_simulated,
         "dissipation": dissipation.tolist(),
         "dissipation_ratio": float(limit / dissipation[0]),
         "increment": increment.tolist(),
         "exponents": _exponents(increment),
     }
-    if not isinstance(path, EventHistory):
-        return row
-    return row | _pictures(block, case, path, ends)
-
-
-def _at(times: FloatArray, values: FloatArray, wanted: FloatArray) -> FloatArray:
-    """Rows of ``values`` at load steps, which are among the times; the last row of each."""
-    return values[np.searchsorted(times, wanted + 1e-9, side="right") - 1]
-
-
-def _dissipated(path: Any) -> FloatArray:
-    """Work of friction up to every row, −∫ q dv: reactions and slips are linear between rows."""
-    work = -(0.5 * (path.q[1:] + path.q[:-1]) * np.diff(path.v, axis=0)).sum(axis=1)
-    return np.concatenate([[0.0], np.cumsum(work)])
 
 
 def _exponents(increment: FloatArray) -> dict[str, float]:
     """Slope of log increment over log N in windows of N, as far as the increments are above the floor."""
-    N = np.arange(1, len(increment) + 1)
-    usable = increment > FLOOR * increment[0]
-    slopes = {}
-    for low, high in ((2, 10), (5, 20), (10, 40), (20, 80)):
-        inside = usable & (low <= N) & (high >= N)
+    N, slopes = np.arange(1, len(increment) + 1), {}
+    for low, high in WINDOWS:
+        inside = (increment > FLOOR * increment[0]) & (low <= N) & (high >= N)
         if inside.sum() == high - low + 1:
             slope = np.polyfit(np.log(N[inside]), np.log(increment[inside]), 1)[0]
             slopes[f"{low}-{high}"] = round(float(slope), 3)
     return slopes
 
 
-def _pictures(block: Problem, case: dict[str, Any], path: EventHistory, ends: FloatArray) -> dict[str, Any]:
-    """Zones during the first loading, the first cycle and the last; tractions at their turning points."""
-    assert block.x is not None
-    x = block.x if case["symmetric"] else block.x - 2.0
-    first, last = ends[0], ends[-2]
-    loading = _zones(path, x, first - 1 / case["steps"], first, LOADING_ROWS)
-    length = np.full(block.n, 0.25 / case["refinement"])
-    length[[0, -1]] /= 2
-    moments = {
-        "p_max, first loading": first,
-        "p_max/3, first cycle": first + 0.5,
-        "p_max, last cycle": last,
-        "p_max/3, last cycle": last + 0.5,
-    }
+def zones(refinement: int) -> dict:
+    """What the thesis says in words about figs 3.2, 3.3, 3.5 and 3.7, as numbers."""
+    loading, down = first_loading(refinement), unloading(refinement)
+    first, ninth = cycle(refinement, 0), cycle(refinement, 8)
+    steady = shakedown.long_term_state(right_half(refinement), 1.0).history
+    assert steady is not None
+    half = ninth.cycle < NINTH + 0.5 - 1e-9
+    early = ninth.cycle < NINTH + 0.5 + 0.5 * NEARLY_ALL  # nine tenths of the reloading
+    inner = (ninth.state[half] == -1).any(axis=0)  # slips outwards while the pressure falls
     return {
-        "x": x.tolist(),
-        "first_loading": loading,
-        "first_loading_changes": max(_differences(loading[0], other) for other in loading[1:]),
-        "first_cycle": _zones(path, x, first, first + 1, CYCLE_ROWS),
-        "last_cycle": _zones(path, x, last, last + 1, CYCLE_ROWS),
-        "tractions": {
-            label: [(_at(path.cycle, side, np.array([t]))[0] / length).tolist() for side in (path.p, path.q)]
-            for label, t in moments.items()
-        },
+        "first_loading_changes": int((loading.state != loading.state[0]).sum(axis=1).max()),
+        "slip_left": _left(down.v),
+        "gap_left": _left(down.w),
+        "sticks_at_once": int((down.at(np.array([P_MAX + SOON])).state[0] == 0).sum()),
+        "in_contact_at_p_max": int((down.state[0] != 2).sum()),
+        "contact_grows": int((np.diff((down.state[:-1] != 2).sum(axis=1)) > 0).sum()),
+        "unloading_zones": pattern(down, P_MAX + 0.5 * NEARLY_ALL),
+        "ninth_zones": pattern(ninth, NINTH + 0.5 * NEARLY_ALL),
+        "ninth_inner": int(inner.sum()),
+        "ninth_inner_slipping_again": int((ninth.rows(~half).slips() & inner).sum()),
+        "ninth_inner_slipping_early": int((ninth.rows(~half & early).slips() & inner).sum()),
+        "steady_zones": pattern(steady, steady.cycle[0] + 0.5 * NEARLY_ALL),
+        "steady_slipping": int(steady.slips().sum()),
+        "first_slipping": int(first.slips().sum()),
+        "steady_at_limit": limit_reached(steady, right_half(refinement)),
     }
 
 
-def _zones(path: EventHistory, x: FloatArray, begin: float, end: float, rows: int) -> list[str]:
-    """One letter per node at evenly spread times; outwards and inwards as seen from the middle."""
-    times = begin + (np.arange(rows) + 0.5) / rows * (end - begin)
-    states = path.state[np.searchsorted(path.cycle, times, side="right") - 1]
-    outward = np.where((x < 0) & (np.abs(states) == 1), -states, states)
-    return ["".join(LETTERS[int(state)] for state in row) for row in outward]
+def right_half(refinement: int) -> Problem:
+    return receding_block(refinement, symmetric=True)
 
 
-def _differences(first: str, second: str) -> int:
-    return sum(a != b for a, b in zip(first, second, strict=True))
+def first_loading(refinement: int) -> EventHistory:
+    """From where the pressure is a fiftieth of p_max up to p_max; the states along it."""
+    path = evolve(right_half(refinement), 1.0, cycles=1).history
+    return path.at(np.linspace(P_MAX - 0.49, P_MAX - 0.01, 25))
 
 
-def tables(rows: list[dict[str, Any]]) -> str:
-    """One line per mesh, beside the thesis."""
-    windows = ("2-10", "5-20", "10-40", "20-80")
-    lines = [
-        f"{'nodes':>5} {'':5} {'method':12} {'steps':>5} {'cycles':>6} {'events':>6} {'s':>6} "
-        f"{'zones':>6} {'slope of the increment over N':^31} {'dissipation':>12}",
-        f"{'':51}{'change':>6} " + " ".join(f"{window:>7}" for window in windows) + f" {'last/first':>12}",
-    ]
-    for row in rows:
-        slopes = " ".join(f"{row['exponents'].get(window, np.nan):7.2f}" for window in windows)
-        lines.append(
-            f"{row['nodes']:5} {'half' if row['symmetric'] else 'whole':5} {row['method']:12} "
-            f"{row['steps']:5} {row['cycles_simulated']:6} {row['events'] or '-':>6} {row['seconds']:6.1f} "
-            f"{row.get('first_loading_changes', '-'):>6} {slopes} {row['dissipation_ratio']:12.4f}"
-        )
-    lines.append(f"{'thesis':51}{0:6} {THESIS_EXPONENT:^31} {THESIS_RATIO:12.2f}")
-    return "\n".join(lines)
+def unloading(refinement: int) -> EventHistory:
+    """The path from p_max to no load."""
+    block = receding_block(refinement, symmetric=True, unloading=0.0)
+    return between(evolve(block, 1.0, cycles=1).history, P_MAX, 0.0)
 
 
-def figures(rows: list[dict[str, Any]]) -> dict[str, Figure]:
-    """Zones, tractions, slip increments and dissipation."""
-    halves = [row for row in rows if row["symmetric"] and row["method"] == "event"]
-    finest = max(halves, key=lambda row: row["nodes"])
+def cycle(refinement: int, number: int) -> EventHistory:
+    """The path p_max → p_max/3 → p_max of a cycle after the first loading."""
+    path = evolve(right_half(refinement), 1.0, cycles=number + 1).history
+    return between(path, P_MAX + number, P_MAX + number + 1)
+
+
+def between(path: EventHistory, begin: float, end: float) -> EventHistory:
+    """The rows of a path from one load step to another; of several at the beginning the last."""
+    first = int(np.searchsorted(path.cycle, begin + 1e-9, side="right")) - 1
+    last = int(np.searchsorted(path.cycle, end - 1e-9))
+    return path.rows(np.arange(first, last + 1))
+
+
+def pattern(path: EventHistory, time: float) -> str:
+    """Zones from the middle outwards, one letter each."""
+    states = path.state[np.searchsorted(path.cycle, time, side="right") - 1]
+    return "".join(letter for letter, _ in groupby(LETTERS[int(state)] for state in states))
+
+
+def limit_reached(path: EventHistory, problem: Problem) -> int:
+    """How many nodes reach |q| = f p, but never slip or open; the middle, with q = 0, aside."""
+    limit = problem.f * path.p
+    noise = AT_THE_LIMIT * float(limit.max())
+    reached = ((np.abs(path.q) >= limit - noise) & (limit > noise)).any(axis=0)
+    return int((reached & ~path.slips() & (path.state != 2).all(axis=0)).sum())
+
+
+def _left(values: FloatArray) -> float:
+    """What is left at the end, of the largest before."""
+    return float(np.abs(values[-1]).max() / np.abs(values).max())
+
+
+def tables(rows: list[dict]) -> str:
+    slopes = {
+        f"slope {low}-{high}": lambda row, key=f"{low}-{high}": f"{row['exponents'].get(key, np.nan):.2f}"
+        for low, high in WINDOWS
+    }
+    paths = {"nodes": "{nodes}", "load steps": "{steps}", "cycles": "{cycles}"} | slopes
+    drawn = {
+        "nodes": "{nodes}", "zones change": "{first_loading_changes}", "slip left": "{slip_left:.0e}",
+        "gap left": "{gap_left:.0e}", "stick at once": "{sticks_at_once} of {in_contact_at_p_max}",
+        "contact grows": "{contact_grows} times", "unloading": "{unloading_zones}",
+        "ninth cycle": "{ninth_zones}",
+        "of its inner nodes slip again, early / ever": (
+            "{ninth_inner_slipping_early} / {ninth_inner_slipping_again} of {ninth_inner}"
+        ),
+        "steady": "{steady_zones}", "slipping, first / steady": "{first_slipping} / {steady_slipping}",
+        "at the limit only": "{steady_at_limit}",
+    }  # fmt: skip
+    text = listed(rows, paths | {"dissipation, last/first": "{dissipation_ratio:.4f}"})
+    text += f"\nthesis: slope {THESIS_EXPONENT}, dissipation {THESIS_RATIO}\n\n"
+    return text + listed([row for row in rows if "steady_zones" in row], drawn)
+
+
+def figures(rows: list[dict]) -> dict[str, Figure]:
+    exact = [row for row in rows if row["steps"] == 2]
+    refinement = min(DRAWN, max(row["refinement"] for row in exact))
     return {
-        "receding-zones": _zone_figure(finest),
-        "receding-tractions": _traction_figure(finest),
-        "receding-increments": _increment_figure(halves),
-        "receding-dissipation": _dissipation_figure(halves),
+        "receding-cycles": cycle_figure(exact),
+        "receding-histories": zone_figure(refinement),
+        "receding-unloaded": traction_figure(refinement),
     }
 
 
-def _zone_figure(row: dict[str, Any]) -> Figure:
-    figure = Figure(figsize=(10, 4.2), layout="constrained")
-    panels = figure.subplots(1, 3, sharex=True)
-    titles = ("first loading (thesis fig. 3.2)", "first cycle", f"cycle {row['cycles_simulated']}")
-    letters = list(COLOURS)
-    for axes, title, key in zip(panels, titles, ("first_loading", "first_cycle", "last_cycle"), strict=True):
-        image = np.array([[letters.index(letter) for letter in zone] for zone in row[key]])
-        edges = row["x"], (np.arange(len(image)) + 0.5) / len(image)
-        colours = [COLOURS[letter] for letter in letters]
-        axes.pcolormesh(*edges, image, cmap=_colour_map(colours), vmin=-0.5, vmax=3.5, shading="nearest")
-        axes.set(title=title, xlabel="distance from the middle [h]")
-    panels[0].set_ylabel("pressure [p_max]")
-    panels[1].set_ylabel("time [cycles]; p_max/3 at 0.5")
-    handles = [_patch(COLOURS[letter], MEANING[letter]) for letter in letters]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False)
-    figure.suptitle(f"Zones of the receding contact, {row['nodes']} nodes on the half")
-    return figure
-
-
-def _colour_map(colours: list[str]) -> Any:
-    from matplotlib.colors import ListedColormap
-
-    return ListedColormap(colours)
-
-
-def _patch(colour: str, label: str) -> Any:
-    from matplotlib.patches import Patch
-
-    return Patch(facecolor=colour, edgecolor="black", label=label)
-
-
-def _traction_figure(row: dict[str, Any]) -> Figure:
-    figure = Figure(figsize=(10, 4.2), layout="constrained")
-    left, right = figure.subplots(1, 2, sharex=True)
-    for (label, (p, q)), style in zip(row["tractions"].items(), ("-", "--", "-", "--"), strict=True):
-        colour = "black" if "first" in label else "tab:orange"
-        left.plot(row["x"], p, style, color=colour, label=label)
-        right.plot(row["x"], q, style, color=colour, label=label)
-    left.set(title="normal", xlabel="distance from the middle [h]", ylabel="traction [p_max]")
-    right.set(title="tangential", xlabel="distance from the middle [h]")
-    left.legend(frameon=False)
-    for axes in (left, right):
-        axes.axhline(0, color=GREY, linewidth=0.8, zorder=0)
-    figure.suptitle(f"Tractions of the receding contact, {row['nodes']} nodes on the half")
-    return figure
-
-
-def _increment_figure(rows: list[dict[str, Any]]) -> Figure:
-    figure = Figure(figsize=(7, 4.8), layout="constrained")
-    axes = figure.subplots()
+def cycle_figure(rows: list[dict]) -> Figure:
+    """Slip increments (fig. 3.6) and dissipation (fig. 3.8) of the cycles."""
+    figure, (left, right) = panels(2, 2, (5.6, 4.6))
     for row in rows:
-        increment = np.array(row["increment"])
-        keep = increment > FLOOR * increment[0]
-        N = np.arange(1, len(increment) + 1)[keep]
-        axes.loglog(N, increment[keep] / increment[0], ".-", label=f"{row['nodes']} nodes on the half")
+        increment, dissipation = np.array(row["increment"]), np.array(row["dissipation"][:20])
+        kept = increment > FLOOR * increment[0]
+        N, label = np.arange(1, len(increment) + 1), f"{row['nodes']} nodes"
+        left.loglog(N[kept], increment[kept] / increment[0], ".-", label=label)
+        right.plot(N[: len(dissipation)], dissipation / dissipation[0], ".-", label=label)
     N = np.array([3.0, 60.0])
-    axes.loglog(N, 0.12 * (N / 3) ** THESIS_EXPONENT, "k--", label=f"thesis: N^{THESIS_EXPONENT}")
-    axes.set(
-        xlabel="cycle N",
-        ylabel="largest slip increment of the cycle / that of the first",
-        title="Slip increments fall like a power of N until the mesh is felt",
-    )
-    axes.legend(frameon=False)
-    axes.grid(alpha=0.3)
+    left.loglog(N, 0.12 * (N / 3) ** THESIS_EXPONENT, "k--", label=f"thesis: N^{THESIS_EXPONENT}")
+    right.axhline(THESIS_RATIO, color="black", linestyle="--", label="thesis: about 56 %")
+    left.set(xlabel="cycle N", title="largest slip increment / that of the first cycle (thesis fig. 3.6)")
+    right.set(xlabel="cycle N", title="dissipation / that of the first cycle (fig. 3.8)", ylim=(0.5, 1.02))
+    for axes in (left, right):
+        axes.legend(frameon=False, fontsize="small")
+        axes.title.set_fontsize("medium")
     return figure
 
 
-def _dissipation_figure(rows: list[dict[str, Any]]) -> Figure:
-    figure = Figure(figsize=(7, 4.8), layout="constrained")
-    axes = figure.subplots()
-    for row in rows:
-        dissipation = np.array(row["dissipation"][:20])
-        N = np.arange(1, len(dissipation) + 1)
-        axes.plot(N, dissipation / dissipation[0], ".-", label=f"{row['nodes']} nodes on the half")
-    axes.axhline(THESIS_RATIO, color="black", linestyle="--", label="thesis: about 56 %")
-    axes.set(
-        xlabel="cycle N",
-        ylabel="dissipation of the cycle / that of the first",
-        title="Dissipation per cycle",
-        ylim=(0.5, 1.02),
-        xticks=range(0, 21, 5),
-    )
-    axes.legend(frameon=False)
-    axes.grid(alpha=0.3)
+def zone_figure(refinement: int) -> Figure:
+    """Zones over position and time in the first loading, at full unloading, in the ninth and steady cycle."""
+    block = right_half(refinement)
+    loading = between(evolve(block, 1.0, cycles=1).history, P_MAX - 0.5, P_MAX)
+    steady = shakedown.long_term_state(block, 1.0).history
+    assert steady is not None
+    figure, drawn = panels(4, 4, (3.4, 5.4))
+    paths = {
+        "first loading (thesis fig. 3.2)": (loading, ("0", "p_max")),
+        "unloading to zero (fig. 3.3)": (unloading(refinement), ("p_max", "0")),
+        "ninth cycle (fig. 3.5)": (cycle(refinement, 8), ("p_max", "p_max/3", "p_max")),
+        "steady state (fig. 3.7)": (steady, ("p_max/3", "p_max", "p_max/3")),
+    }
+    for axes, (title, (path, pressures)) in zip(drawn, paths.items(), strict=True):
+        plot.zones(path, block, ax=axes, marks=path is steady)
+        axes.set_title(title, fontsize="medium")
+        axes.set(xlabel="distance from the middle [h]", ylabel="")
+        axes.set_yticks(np.linspace(*path.cycle[[0, -1]], len(pressures)), pressures)
+        legend = axes.get_legend()
+        assert legend is not None
+        legend.remove()  # one for all: the last one has every entry
+    texts = [text.get_text() for text in legend.get_texts()]
+    figure.legend(legend.legend_handles, texts, loc="outside lower center", ncols=5, frameon=False)
+    figure.suptitle(f"Receding contact, {block.n} nodes on the half, plane strain")
     return figure
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.receding", description=TITLE)
-    parser.add_argument("--short", action="store_true", help="two coarse meshes")
-    parser.add_argument("--fresh", action="store_true", help="measure again what is already stored")
-    options = parser.parse_args()
-    run_study("receding", short=options.short, fresh=options.fresh)
+def traction_figure(refinement: int) -> Figure:
+    """Tractions at p_max and p_max/3 of the first unloading (fig. 3.4), and the use of friction."""
+    path, block = cycle(refinement, 0), right_half(refinement)
+    area = np.full(block.n, 0.25 / refinement)
+    area[[0, -1]] /= 2
+    figure, (left, right) = panels(2, 2, (5.6, 4.4))
+    plot.pressure(path, replace(block, node_area=area), cycles=[P_MAX, THIRD], ax=left)
+    plot.friction_use(path, block, cycles=[P_MAX, THIRD], ax=right)
+    left.set_ylabel("pressure [p_max]")
+    for axes in (left, right):
+        _named(axes, ("p_max", "p_max/3, unloading"))
+    figure.suptitle(f"First unloading of the receding contact (thesis fig. 3.4), {block.n} nodes on the half")
+    return figure
+
+
+def _named(axes: Axes, labels: tuple[str, ...]) -> None:
+    for line, label in zip(axes.get_lines(), labels, strict=False):
+        line.set_label(label)
+    axes.legend(fontsize="small")
+    axes.set_xlabel("distance from the middle [h]")

@@ -1,10 +1,8 @@
 """The thesis equation by equation, printed beside computed: ``python -m benchmarks.thesis`` writes the page.
 
-The page is ``docs/thesis.md``; its pictures are those of the studies ``receding``,
-``receding_zones``, ``reaction_planes`` and ``worked_examples``.
+The page is ``docs/thesis.md``; its pictures of chapter III are those of the study ``receding``.
 """
 
-import argparse
 import sys
 from pathlib import Path
 
@@ -16,7 +14,9 @@ HEAD = """# The thesis, line by line
 
 Y. J. Ahn, *Response of Coupled Frictional Contacts to Cyclic Loading*, PhD thesis, University of
 Michigan, 2009: where its equations and figures are in this toolkit, and its printed numbers beside
-computed ones. `python -m benchmarks.thesis` writes this page; do not edit it by hand.
+computed ones. `python -m benchmarks.thesis` writes this page; do not edit it by hand. Pictures of chapter
+III are those of the study `receding`, all others of `python -m benchmarks reaction_planes worked_examples`
+at fdca7323.
 
 A dash says that the thesis prints nothing to compare with; where it says it in a word (none, all), the
 number stands for the word. "Same digits": every computed number
@@ -92,9 +92,6 @@ def sections() -> dict[str, list[Entry]]:
 
 
 def main() -> int:
-    argparse.ArgumentParser(
-        prog="python -m benchmarks.thesis", description="Write docs/thesis.md."
-    ).parse_args()
     PAGE.write_text(page(), encoding="utf-8")
     return 0
 

@@ -3,11 +3,13 @@
 import numpy as np
 
 import shakedown
-from benchmarks import receding, receding_zones
 from benchmarks.corner_report import pair_thresholds
-from benchmarks.reaction_planes import reaction_map, tenth_cycle
+from benchmarks.receding import cycles, zones
 from benchmarks.thesis_entry import Entry, entry
+from shakedown import Problem
 from shakedown.bounds.enumeration.critical import subset_count
+from shakedown.ground.constants import FloatArray
+from shakedown.motion.evolution import evolve
 
 REFINEMENT = 12  # of the receding block: 97 nodes on the half
 OTHER_BLOCK = "another block: the thesis prints neither its angle nor its strip"
@@ -32,16 +34,15 @@ def chapter_2() -> list[Entry]:
 
 def chapter_3() -> list[Entry]:
     """Receding contact: words and drawings, two numbers; on 97 nodes of the half, plane strain."""
-    case = {"refinement": REFINEMENT, "symmetric": True, "method": "event", "steps": receding.STEPS}
-    row, zones = receding.measure(case), receding_zones.measure({"refinement": REFINEMENT})
-    left = [0.0 if zones[key] < 1e-12 else zones[key] for key in ("slip_left", "gap_left")]  # round-off
+    row, found = cycles(REFINEMENT), zones(REFINEMENT)
+    left = [0.0 if found[key] < 1e-12 else found[key] for key in ("slip_left", "gap_left")]  # round-off
     exponents = [row["exponents"][window] for window in ("5-20", "10-40")]
-    study = "benchmarks.receding_zones.measure"
+    study = "benchmarks.receding.zones"
     return [
         entry("3.2, fig. 3.1", "block h × 4h, strip 2h, f = 0.35, ν = 0.3", "benchmarks.bodies.blocks.receding_block"),
         entry(
-            "fig. 3.2", "nodes whose zone changes during the first loading", "benchmarks.receding.measure",
-            "0", row["first_loading_changes"], figure="receding-zones",
+            "fig. 3.2", "nodes whose zone changes during the first loading", study, "0",
+            found["first_loading_changes"], figure="receding-histories",
         ),
         entry(
             "fig. 3.3", "unloading to zero: what is left of slips, of gaps", study, "0 0", left,
@@ -53,22 +54,22 @@ def chapter_3() -> list[Entry]:
         ),
         entry(
             "fig. 3.5", "ninth cycle: of the inner nodes that slip in unloading, those that slip again in "
-            "the first nine tenths of the reloading", study, "0", zones["ninth_inner_slipping_early"],
+            "the first nine tenths of the reloading", study, "0", found["ninth_inner_slipping_early"],
             figure="receding-histories",
         ),
         entry(
             "fig. 3.6", "slip increment ~ N to the power of, over N = 5–20 and 10–40",
-            "benchmarks.receding.measure", "-3.1 -3.1", exponents, figure="receding-increments",
+            "benchmarks.receding.cycles", "-3.1 -3.1", exponents, figure="receding-cycles",
         ),
         entry(
             "fig. 3.7", "steady state: nodes that slip, in the first cycle and here; nodes at the limit only",
             "shakedown.plot.zones",
-            computed=[zones["first_slipping"], zones["steady_slipping"], zones["steady_at_limit"]],
+            computed=[found["first_slipping"], found["steady_slipping"], found["steady_at_limit"]],
             figure="receding-histories",
         ),
         entry(
-            "fig. 3.8", "dissipation, steady over first cycle", "benchmarks.receding.measure", "0.56",
-            row["dissipation_ratio"], figure="receding-dissipation",
+            "fig. 3.8", "dissipation, steady over first cycle", "benchmarks.receding.cycles", "0.56",
+            row["dissipation_ratio"], figure="receding-cycles",
         ),
     ]  # fmt: skip
 
@@ -87,7 +88,7 @@ def chapter_4() -> list[Entry]:
         entry("figs 4.2–4.9", "load of one node, with its stick sector", "shakedown.plot.reaction_space"),
         entry(
             "(4.14)–(4.17)", "the second node in the plane of the first one's reactions: M = L₂L₁⁻¹",
-            "benchmarks.reaction_planes.reaction_map", computed=reaction_map(joint),
+            "benchmarks.thesis_chapters.reaction_map", computed=reaction_map(joint),
             figure="planes-reactions",
         ),
         entry(
@@ -111,6 +112,15 @@ def chapter_4() -> list[Entry]:
         entry("4.4", "proof for two nodes", "shakedown.lower_bound"),
         entry("4.4.4", "geometric approach to the limit", "shakedown.long_term_state"),
     ]  # fmt: skip
+
+
+def reaction_map(problem: Problem) -> FloatArray:
+    """M = L₂ L₁⁻¹ of a two-node joint: changes of node 0's (q, p) to those of node 1's (4.14)–(4.17).
+
+    The reactions of node j are r_j = r_w,j + L_j v with L_j = [A_j; B_j].
+    """
+    first, second = (np.stack([problem.A[j], problem.B[j]]) for j in (0, 1))
+    return np.linalg.solve(first.T, second.T).T
 
 
 def chapter_5() -> list[Entry]:
@@ -154,7 +164,7 @@ def _two_nodes() -> list[Entry]:
 def _nine_nodes() -> list[Entry]:
     block = shakedown.example("cantilevered-block")
     critical, upper = shakedown.critical_load_factors(block), shakedown.upper_bound(block)
-    safe = float(tenth_cycle(block)["safe slip"].max())
+    safe = float(tenth_cycle(block, upper.slip).max())
     least = 1e-9 * np.abs(upper.slip).max()  # less is round-off
     return [
         entry("5.4, figs 5.5, 5.6", "cantilevered block h × 4.5h", "benchmarks.bodies.blocks.cantilevered_block"),
@@ -174,6 +184,12 @@ def _nine_nodes() -> list[Entry]:
             safe if safe > least else 0.0, OTHER_BLOCK, "planes-tenth-cycle",
         ),
     ]  # fmt: skip
+
+
+def tenth_cycle(problem: Problem, start: FloatArray) -> FloatArray:
+    """Σ|Δv| of every node in the tenth cycle at λ_max."""
+    load_factor = shakedown.upper_bound(problem).load_factor
+    return evolve(problem, load_factor, start, cycles=10).cycles[-1].slip
 
 
 def conjectures() -> list[Entry]:
