@@ -12,68 +12,54 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 import shakedown
-from benchmarks.implicit_joint import ImplicitJoint
+from benchmarks.display import listed
 from shakedown import Problem
 from shakedown.joint.constraints import loading
+from shakedown.motion.evolution import evolve
 from shakedown.plot.patch_places import Places, patch_axes, places_of
-from shakedown.report.facts import table
-from shakedown.studies.refined import trend
 
-PARTS = 8  # equal parts of every load step
 SLIPS = 1e-6  # of the longest way: what counts as slip
 MARKED = 25.0  # area of a mark on the patch [points²]
 
 
 def measured(make: Callable[[], Problem], load_factors: Sequence[float], cycles: int) -> dict:
-    """Limits; work, slipping and open pairs in the last of so many cycles at every load factor.
+    """Limits; work, slipping and open pairs in the last of so many cycles from slip zero, load by load.
 
-    The joint begins with the slip that it gives, else with none. The patch is that at the first load factor
-    above λ_max, and at the last.
+    The patch is that at the first load factor above λ_max, and at the last.
     """
     began = time.process_time()
     problem = make()
-    start = np.zeros(problem.layout.slip_size) if problem.initial_slip is None else problem.initial_slip[0]
     made = time.process_time()
-    upper, energy = shakedown.upper_bound(problem), shakedown.energy_bound(problem, start)
+    upper, energy = shakedown.upper_bound(problem), shakedown.energy_bound(problem)
     universal = shakedown.universal_bound(problem)
     bounded = time.process_time()
-    runs = [_cycle(problem, factor, start, cycles) for factor in load_factors]
+    runs = [_last_cycle(problem, factor, cycles) for factor in load_factors]
     shown = [next(k for k, factor in enumerate(load_factors) if factor > upper.load_factor), -1]
-    places, area = places_of(problem), problem.node_area
-    at_rest = loading(problem).at(0.0)[1].mean(axis=0) + problem.B @ start
+    places = places_of(problem)
     return {
         "n": problem.n,
         "upper": float(upper.load_factor),
         "energy": float(energy.load_factor),
         "universal": float(universal.load_factor),
-        "work": [float(run["work"].sum()) for run in runs],
-        "slipping": [int(_slips(run["way"], runs[-1]["way"]).sum()) for run in runs],
-        "open": [run["open"] for run in runs],
+        "work": [run.friction_dissipation for run in runs],
+        "slipping": [int(_slips(run.slip, runs[-1].slip).sum()) for run in runs],
+        "open": [int(run.opened.sum()) for run in runs],
         "x": places.points.tolist(),
         "drawn": places.nodes.tolist(),  # those of the first patch
         "axes": [*places.axes, places.unit],
-        "pressure": (at_rest / area).tolist(),
+        "pressure": (loading(problem).at(0.0)[1].mean(axis=0) / problem.node_area).tolist(),
         "shown": [float(load_factors[k]) for k in shown],
-        "way": [runs[k]["way"].tolist() for k in shown],
+        "way": [runs[k].slip.tolist() for k in shown],
         "seconds": [made - began, bounded - made, time.process_time() - bounded],
     }
 
 
-def _cycle(problem: Problem, load_factor: float, start: np.ndarray, cycles: int) -> dict:
-    """Friction work and way [length] of every node in the last cycle, and how many of them open."""
-    q_w, p_w = loading(problem).at(load_factor)
-    path = ImplicitJoint(problem.A, problem.B, problem.C, problem.f, float(np.abs(p_w).max()))
-    nodes = np.zeros(problem.n)
-    path.begin(start, nodes, *(rows[0] for rows in loading(problem).at(0.0)))
-    for _ in range(cycles):
-        found = path.follow(q_w, p_w, PARTS)
-        if found.solved < problem.m:
-            raise RuntimeError(f"load step {found.solved} at {load_factor:g} was not solved")
-    return {
-        "work": found.work.sum(axis=0),
-        "way": found.length.sum(axis=0),
-        "open": int((found.w > 0).any(axis=0).sum()),
-    }
+def _last_cycle(problem: Problem, load_factor: float, cycles: int):
+    """The record of the last of so many cycles."""
+    run = evolve(problem, load_factor, cycles=cycles)
+    if run.stop is not None:
+        raise RuntimeError(f"at {load_factor:g}: {run.stop.reason}")
+    return run.cycles[-1]
 
 
 def _slips(way: np.ndarray, longest: np.ndarray) -> np.ndarray:
@@ -87,30 +73,16 @@ def exponent(row: dict, loads: Sequence[float]) -> float:
 
 def work_table(rows: list[dict], loads: Sequence[float], scale: float, unit: str) -> str:
     """Limits, friction work and slipping pairs of every mesh; ``scale`` is the load at λ = 1."""
-    lines = [
-        [
-            " x ".join(map(str, row["elements"])), str(row["n"]), f"{scale * row['upper']:.4g}",
-            f"{row['energy'] / row['upper']:.4f}", f"{row['universal'] / row['upper']:.2g}",
-            *(f"{work:.2e} ({count})" for work, count in zip(row["work"], row["slipping"], strict=True)),
-            f"{exponent(row, loads):.2f}", f"{sum(row['seconds']):.1f}",
-        ]
-        for row in rows
-    ]  # fmt: skip
-    headers = [
-        "elements", "pairs", f"λ_max [{unit}]", "λ_E/λ_max", "λ_U/λ_max",
-        *(f"{load:g} {unit}" for load in loads), "exponent", "s",
-    ]  # fmt: skip
-    lines.append(["refined", *[""] * 4, *_trends(rows), "", ""])
+    of_loads = {f"{load:g} {unit}": f"{{work[{k}]:.2e}} ({{slipping[{k}]}})" for k, load in enumerate(loads)}
+    columns = {
+        "elements": lambda row: " x ".join(map(str, row["elements"])), "pairs": "{n}",
+        f"λ_max [{unit}]": lambda row: f"{scale * row['upper']:.4g}",
+        "λ_E/λ_max": lambda row: f"{row['energy'] / row['upper']:.4f}",
+        "λ_U/λ_max": lambda row: f"{row['universal'] / row['upper']:.2g}", **of_loads,
+        "exponent": lambda row: f"{exponent(row, loads):.2f}", "s": lambda row: f"{sum(row['seconds']):.1f}",
+    }  # fmt: skip
     about = "Friction work per cycle [N mm], and how many pairs slip, over the load:"
-    return f"{about}\n{table(headers, lines)}"
-
-
-def _trends(rows: list[dict]) -> list[str]:
-    """What the work at every load does over the last three meshes."""
-    size = 1 / (np.array([row["n"] for row in rows]) ** 0.5 - 1)
-    works = np.array([np.where(row["slipping"], row["work"], 0.0) for row in rows])  # else round-off
-    found = [trend(size, work) for work in works.T]
-    return [f"{each.limit:.2e}" if each.verdict == "converges" else str(each.verdict) for each in found]
+    return f"{about}\n{listed(rows, columns)}"
 
 
 def work_picture(rows: list[dict], loads: Sequence[float], scale: float, load: str) -> Figure:

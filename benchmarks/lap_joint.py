@@ -7,10 +7,8 @@ slip zero. Micro-slip has a power law: its exponent is that between the two larg
 
 from functools import partial
 
-from matplotlib.figure import Figure
-
 from benchmarks.bodies.lap_joint import WIDTH, lap_joint
-from benchmarks.friction_work import measured, work_picture, work_table
+from benchmarks.friction_work import measured, work_table
 
 TITLE = "A bolted lap joint in space: limits, and friction work over the amplitude"
 # Elements along the lap, across it and over half of the height: all sizes fall by one factor.
@@ -32,7 +30,3 @@ def measure(case: dict) -> dict:
 
 def tables(rows: list[dict]) -> str:
     return work_table(rows, LOADS, TIP, "N")
-
-
-def figures(rows: list[dict]) -> dict[str, Figure]:
-    return {"lap_joint": work_picture(rows, LOADS, TIP, "amplitude of the load at the tip [N]")}

@@ -1,12 +1,12 @@
-"""Joints in space: implicit steps against Siconos, and the path from event to event against all of them.
+"""Joints in space: the path from event to event, implicit load steps and Siconos.
 
-Steps: every solver gets the same load steps, each from the state that the implicit step before it left,
-so that all of them solve the same problems; the residual is the law's, re-computed from the reactions.
-Paths: the error of the slips after one cycle against the event-driven path at its sharpest, which
-implicit steps extrapolated to no step size must confirm; Siconos' path has the error of implicit steps
-and costs what its steps cost. Every solver has a budget: of Siconos' steps those within it are counted, and
-implicit steps grow shorter as long as a cycle of them is within it; what they would need for smaller errors
-follows from their first order. On a quiet core all of it takes some ten minutes.
+Paths: the error of the slips after one cycle against the event-driven path at its sharpest, which implicit
+steps (Gauss–Seidel at fixed load steps) extrapolated to no step size must confirm. Siconos gets the same load
+steps, each from the state that the implicit step before it left, so that it solves the same problems; the
+residual is the law's, re-computed from the reactions. Its path has the error of implicit steps and costs what
+its steps cost. Every solver has a budget: of Siconos' steps those within it are counted, and implicit steps
+grow shorter as long as a cycle of them is within it; what they would need for smaller errors follows from
+their first order. On a quiet core all of it takes some ten minutes.
 """
 
 import subprocess
@@ -21,16 +21,16 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from benchmarks import siconos_peer
+from benchmarks.display import curve, listed, panels
 from benchmarks.half_space import around, blocks, grid, half_space
-from benchmarks.implicit_joint import ImplicitJoint, Steps
+from benchmarks.implicit_steps import ImplicitSteps, Steps
 from benchmarks.timing import in_turn
 from shakedown import Problem, Tolerances
 from shakedown.ground.constants import FloatArray
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
-from shakedown.report.facts import table
 
-TITLE = "Joints in space: implicit steps, Siconos, and the path from event to event"
+TITLE = "Joints in space: the path from event to event, implicit steps and Siconos"
 BLOCKS = {"25": (5, 5), "100": (10, 10), "250": (25, 10)}
 LOADED = {"closed, few slip": (0.8, 0.0), "closed, most slip": (1.0, 0.0), "third open": (0.8, 3.0)}
 HARD = ("strong coupling", "above thresholds", "near the apex")
@@ -38,7 +38,7 @@ PEERS = ("nsgs", "newton")
 TOLERANCES = (1e-3, 1e-6, 1e-10)
 PARTS = (1, 4, 16, 64, 256)
 ACCURACIES = (1e-3, 1e-4, 1e-6, 1e-8, 1e-10)
-STEPS = 20  # of a cycle of 40 that the solvers are timed on
+STEPS = 20  # of a cycle of 40 that Siconos is timed on
 MOST = {"nsgs": 20_000, "newton": 200}  # iterations
 BUDGET = 4.0  # seconds of the processor that a peer gets for its steps, and implicit steps for a cycle
 LONGEST = 60.0  # seconds on the clock, after which a peer that is within one step is ended
@@ -49,21 +49,20 @@ SHARPEST = 1e-11
 def cases(short: bool) -> list[dict]:
     sizes = ("25",) if short else tuple(BLOCKS)
     scenes = [f"{size}, {kind}" for size in sizes for kind in LOADED] + ([] if short else list(HARD))
-    tolerances = (1e-10,) if short else TOLERANCES
-    rows = [{"part": "steps", "scene": scene, "method": "implicit", "tolerance": 0.0} for scene in scenes]
-    if siconos_peer.is_here():
+    tolerances, parts, accuracies = (
+        ((1e-10,), PARTS[:2], (1e-4, 1e-8)) if short else (TOLERANCES, PARTS, ACCURACIES)
+    )
+    peers = PEERS if siconos_peer.is_here() else ()
+    if not peers:
+        print(siconos_peer.ABSENT)
+    rows = []
+    for scene in scenes:
         rows += [
             {"part": "steps", "scene": scene, "method": peer, "tolerance": tolerance}
-            for scene in scenes
-            for peer in PEERS
+            for peer in peers
             for tolerance in tolerances
         ]
-    else:
-        print(siconos_peer.ABSENT)
-    for scene in scenes:
-        parts = PARTS[:2] if short else PARTS
         rows += [{"part": "paths", "scene": scene, "method": "implicit", "parts": k} for k in parts]
-        accuracies = (1e-4, 1e-8) if short else ACCURACIES
         rows += [{"part": "paths", "scene": scene, "method": "events", "accuracy": a} for a in accuracies]
     return rows
 
@@ -91,20 +90,18 @@ def _hard(name: str) -> Problem:
 
 
 class _Begun:
-    """A joint at the end of a cycle, from where every method goes on."""
+    """A joint under the load at the end of a cycle, from where every method goes on."""
 
     def __init__(self, problem: Problem) -> None:
-        self.problem = problem
-        self.joint = joint = ImplicitJoint(
-            problem.A, problem.B, problem.C, problem.f, scales(problem, 1.0).force
-        )
-        joint.step(problem.q_w[-1], problem.p_w[-1])
-        self.v, self.w = joint.v, joint.w
+        self.problem, n = problem, problem.n
+        self.joint = ImplicitSteps(problem.kappa, problem.f, 2, scales(problem, 1.0).force)
+        self.v, self.w = np.zeros(2 * n), np.zeros(n)
+        first = self.joint.follow(self.v, self.w, problem.q_w[[-1, -1]], problem.p_w[[-1, -1]])
+        self.v, self.w = first.v[-1], first.w[-1]
 
     def follow(self, steps: int, parts: int = 1) -> Steps:
-        problem = self.problem
-        self.joint.begin(self.v, self.w, problem.q_w[-1], problem.p_w[-1])
-        return self.joint.follow(problem.q_w[:steps], problem.p_w[:steps], parts)
+        rows = np.r_[-1, np.arange(steps)]
+        return self.joint.follow(self.v, self.w, self.problem.q_w[rows], self.problem.p_w[rows], parts)
 
 
 @cache
@@ -117,56 +114,36 @@ def measure(case: dict) -> dict:
 
 
 def _steps(case: dict) -> dict:
+    """The load steps of implicit Euler by Siconos."""
     problem, start = scene(case["scene"]), begun(case["scene"])
     done = start.follow(STEPS)
-    solved = done.solved
-    W, free, order, size = _compliances(problem, start, done)
+    W, free = _compliances(problem, start, done)
     count = {
         "n": problem.n,
-        "slipping": float((done.length[:solved] > 0).sum(axis=1).mean()) if solved else 0.0,
-        "open": float((done.w[:solved] > 0).sum(axis=1).mean()) if solved else 0.0,
-        "steps": solved,
+        "slipping": float((problem.law.size(done.slip) > 0).sum(axis=1).mean()),
+        "open": float((done.w > 0).sum(axis=1).mean()),
     }
-    if case["method"] == "implicit":
-        ((seconds, done),) = in_turn(lambda: start.follow(STEPS))
-        r = _reactions(problem, done)[:, order][:solved] / size
-        residuals = [friction_residual(W, b, problem.f, each) for b, each in zip(free, r, strict=True)]
-        return count | {
-            "ms": 1e3 * seconds / max(solved, 1), "residual": max(residuals, default=-1.0),
-            "failures": STEPS - solved,
-        }  # fmt: skip
     found = _siconos(case, problem, W, free)
     if found is None:
-        return count | {"ms": -1.0, "residual": -1.0, "failures": solved}
+        return count | {"ms": -1.0, "residual": -1.0, "failures": len(free)}
     seconds, r = found
     residuals = [friction_residual(W, b, problem.f, each) for b, each in zip(free[: len(r)], r, strict=True)]
     failed = sum(not missed <= max(100 * case["tolerance"], 1e-8) for missed in residuals)
     finite = [missed for missed in residuals if np.isfinite(missed)]
-    missed = {"residual": max(finite, default=-1.0), "failures": failed}
-    return count | {"ms": 1e3 * seconds, "steps": len(r)} | missed
+    return count | {"ms": 1e3 * seconds, "residual": max(finite, default=-1.0), "failures": failed}
 
 
-def _compliances(
-    problem: Problem, start: _Begun, done: Steps
-) -> tuple[FloatArray, FloatArray, np.ndarray, float]:
-    """W (3n, 3n), free displacements (k, 3n) of the solved steps, the order of a state there, the force."""
-    n, k, size = problem.n, done.solved, scales(problem, 1.0)
+def _compliances(problem: Problem, start: _Begun, done: Steps) -> tuple[FloatArray, FloatArray]:
+    """W (3n, 3n) and free displacements (k, 3n), normal first at every node, in units of the scales."""
+    n, k, size = problem.n, len(done.v), scales(problem, 1.0)
     order = np.column_stack([2 * n + np.arange(n), np.arange(0, 2 * n, 2), np.arange(1, 2 * n, 2)]).ravel()
     W = np.linalg.inv(problem.kappa)
     W = 0.5 * (W + W.T)
-    before = np.vstack([start.v, done.v[:-1]]) if len(done.v) else done.v
-    is_open = np.repeat(done.w > 0, 2, axis=1)
-    contact = np.where(is_open, before, done.v - done.slip)[:k]  # from where slip counts in the step
+    before = np.vstack([start.v, done.v[:-1]])
     free = -np.hstack([problem.q_w, problem.p_w])[:k] @ W
-    free[:, : 2 * n] -= contact
-    return (
-        W[np.ix_(order, order)] * (size.force / size.length), free[:, order] / size.length, order, size.force,
-    )  # fmt: skip
-
-
-def _reactions(problem: Problem, done: Steps) -> FloatArray:
-    k = len(done.v)
-    return np.hstack([problem.q_w[:k], problem.p_w[:k]]) + np.hstack([done.v, done.w]) @ problem.kappa
+    # slip in the step counts from where a node touches
+    free[:, : 2 * n] -= np.where(np.repeat(done.w > 0, 2, axis=1), before, done.v - done.slip)
+    return W[np.ix_(order, order)] * (size.force / size.length), free[:, order] / size.length
 
 
 def _siconos(
@@ -175,8 +152,8 @@ def _siconos(
     """Mean processor time of a step [s], and reactions of all; None where it takes too long or breaks off."""
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder) / "in.npz", Path(folder) / "out.npz"
-        given = {key: case[key] for key in ("tolerance",)} | {"solver": case["method"]}
-        np.savez(source, M=W, free=free, f=problem.f, iterations=MOST[case["method"]], budget=BUDGET, **given)
+        how = {"solver": case["method"], "tolerance": case["tolerance"]}
+        np.savez(source, M=W, free=free, f=problem.f, iterations=MOST[case["method"]], budget=BUDGET, **how)
         script = Path(__file__).with_name("siconos_space_steps.py")
         try:
             subprocess.run(
@@ -211,7 +188,7 @@ def reference(name: str) -> tuple[FloatArray, float]:
     exact = _cycle(_events(name, SHARPEST), name)
     steps = scene(name).m
     done = [begun(name).follow(steps, parts) for parts in (8, 16, 32)]
-    if any(each.solved < steps for each in done):
+    if any(len(each.v) < steps for each in done):
         return exact, float("nan")
     coarse, fine, finest = (each.v[-1] for each in done)
     extrapolated = (8 * finest - 6 * fine + coarse) / 3
@@ -240,7 +217,7 @@ def _path(case: dict) -> dict:
     else:
         seconds, done = _timed(lambda: begun(name).follow(problem.m, case["parts"]))
         SPENT[name] = seconds
-        end = done.v[-1] if done.solved == problem.m else np.full_like(exact, np.nan)
+        end = done.v[-1] if len(done.v) == problem.m else np.full_like(exact, np.nan)
     error = float(np.abs(end - exact).max() / np.abs(exact).max())
     known = np.isfinite(error)
     return {
@@ -253,80 +230,25 @@ def _path(case: dict) -> dict:
 
 
 def tables(rows: list[dict]) -> str:
-    return "\n".join(
-        [
-            "Steps (ratio: how many times an implicit step the peer takes)", _table_of_steps(rows),
-            "\nPaths (one cycle of 40 load steps; ratio: times the event-driven path of at most that error)",
-            _table_of_paths(rows), "", *_findings(rows),
-        ]
-    )  # fmt: skip
-
-
-def _table_of_steps(rows: list[dict]) -> str:
-    steps = [row for row in rows if row["part"] == "steps"]
-    own = {row["scene"]: row["ms"] for row in steps if row["method"] == "implicit"}
-    body = []
-    for row in sorted(steps, key=lambda row: list(own).index(row["scene"])):
-        over = row["ms"] < 0
-        body.append([
-            row["scene"], f"{row['slipping']:.0f}", f"{row['open']:.0f}", row["method"],
-            f"{row['tolerance']:.0e}" if row["tolerance"] else "",
-            "too long" if over else f"{row['ms']:.3f}",
-            "" if over else f"{row['ms'] / own[row['scene']]:.1f}",
-            "" if row["residual"] < 0 else f"{row['residual']:.0e}", str(row["failures"]),
-        ])  # fmt: skip
-    headers = ["scene", "slip", "open", "solver", "tolerance", "ms/step", "ratio", "residual", "failed"]
-    return table(headers, body, longest=10_000)
-
-
-def _table_of_paths(rows: list[dict]) -> str:
-    paths, body = [row for row in rows if row["part"] == "paths"], []
-    for row in paths:
-        how = f"{row['accuracy']:.0e}" if row["method"] == "events" else f"{row['parts']} parts"
-        best = [
-            other["ms"] for other in paths
-            if (other["scene"], other["method"]) == (row["scene"], "events")
-            and 0 <= other["error"] <= max(row["error"], 1e-10)
-        ]  # fmt: skip
-        body.append([
-            row["scene"], row["method"], how, f"{row['ms']:.2f}" if row["ms"] > 0 else "over the budget",
-            f"{row['ms'] / min(best):.1f}" if best and row["ms"] > 0 else "",
-            "none" if row["error"] < 0 else f"{row['error']:.1e}",
-            "" if row["extrapolated"] < 0 else f"{row['extrapolated']:.0e}",
-        ])  # fmt: skip
-    headers = ["scene", "method", "", "ms/cycle", "ratio", "error", "reference"]
-    return table(headers, body, longest=10_000)
-
-
-def _findings(rows: list[dict]) -> list[str]:
-    """The best peer of every scene; the time of implicit steps at small errors, from their first order."""
-    lines = [
-        f"{name}: the best of Siconos ({solver}) takes {ratio:.1f} times a step"
-        for name, (solver, ratio) in best_of_siconos(rows).items()
-    ]
+    steps, paths = ([row for row in rows if row["part"] == part] for part in ("steps", "paths"))
+    of_steps = {
+        "scene": "{scene}", "slip": "{slipping:.0f}", "open": "{open:.0f}", "solver": "{method}",
+        "tolerance": "{tolerance:.0e}", "ms/step": "{ms:.3f}", "residual": "{residual:.0e}",
+        "failed": "{failures}",
+    }  # fmt: skip
+    of_paths = {
+        "scene": "{scene}", "method": "{method}", "parts": "{parts}", "accuracy": "{accuracy:.0e}",
+        "ms/cycle": "{ms:.2f}", "error": "{error:.1e}", "reference": "{extrapolated:.0e}",
+    }  # fmt: skip
+    text = f"Steps by Siconos (-1: too long)\n{listed(steps, of_steps)}\n\n" if steps else ""
+    text += f"Paths: one cycle of 40 load steps (-1: over the budget)\n{listed(paths, of_paths)}\n"
     for error in (1e-4, 1e-6, 1e-8):
         for name, (own, others, siconos) in times(rows, error).items():
-            lines.append(
-                f"{name}: at {error:.0e} the events take {own:.1f} ms a cycle, implicit steps "
+            text += (
+                f"\n{name}: at {error:.0e} the events take {own:.1f} ms a cycle, implicit steps "
                 f"{others / own:.1f} times that" + (f", Siconos {siconos / own:.0f}" if siconos else "")
             )
-    return lines
-
-
-def best_of_siconos(rows: list[dict]) -> dict[str, tuple[str, float]]:
-    """The quickest solver that meets 1e-10 in every step of a scene, and how many implicit steps it takes."""
-    steps, found = [row for row in rows if row["part"] == "steps"], {}
-    for name in dict.fromkeys(row["scene"] for row in steps):
-        mine = [row for row in steps if row["scene"] == name]
-        own = min((row["ms"] for row in mine if row["method"] == "implicit"), default=-1.0)
-        sharp = [
-            row for row in mine
-            if row["tolerance"] == 1e-10 and row["ms"] > 0 and not row["failures"]
-        ]  # fmt: skip
-        if sharp:
-            best = min(sharp, key=lambda row: row["ms"])
-            found[name] = best["method"], best["ms"] / own
-    return found
+    return text
 
 
 def times(rows: list[dict], error: float) -> dict[str, tuple[float, float, float]]:
@@ -368,16 +290,14 @@ def _by_siconos(rows: list[dict], name: str) -> list[dict]:
 
 def figures(rows: list[dict]) -> dict[str, Figure]:
     paths = [row for row in rows if row["part"] == "paths" and row["error"] > 0]
-    names = list(dict.fromkeys(row["scene"] for row in paths)) or [""]
-    figure = Figure(figsize=(4.0 * min(3, len(names)), 3.2 * ((len(names) + 2) // 3)), layout="constrained")
-    axes = figure.subplots((len(names) + 2) // 3, min(3, len(names)), squeeze=False).ravel()
-    for axis, name in zip(axes, names, strict=False):
-        for method, marker in (("events", "o-"), ("implicit", "s--"), ("Siconos", "^:")):
+    names = list(dict.fromkeys(row["scene"] for row in paths))
+    figure, axes = panels(len(names))
+    for axis, name in zip(axes, names, strict=True):
+        for method, marker in (("events", "o-"), ("implicit", "s--")):
             mine = [row for row in paths if (row["scene"], row["method"]) == (name, method)]
-            mine = _by_siconos(rows, name) if method == "Siconos" else mine
-            axis.loglog([row["error"] for row in mine], [row["ms"] for row in mine], marker, label=method)
+            curve(axis, mine, "error", "ms", marker, label=method)
+        curve(axis, _by_siconos(rows, name), "error", "ms", "^:", label="Siconos")
         axis.set(title=name, xlabel="error of the slips (relative)", ylabel="ms a cycle")
-        axis.grid(True, alpha=0.3)
         axis.legend(fontsize="small")
     return {"space-peers": figure}
 

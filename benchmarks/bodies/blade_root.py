@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from skfem import MeshHex
 
 from benchmarks.bodies.extrusion import extruded, grid
-from benchmarks.implicit_joint import ImplicitJoint
+from benchmarks.implicit_steps import ImplicitSteps
 from shakedown import Problem
 from shakedown.fem import BodyForce, ElasticBody, Force, Material, Support, Traction, contact_problem
 from shakedown.ground.constants import FloatArray
@@ -102,14 +102,11 @@ def blade_root(
 def _spun(joint: Problem, most: float) -> FloatArray:
     """The slips once the mean load has risen from nothing to ``most`` times itself, and fallen to itself."""
     q, p = loading(joint).at(0.0)
-    path = ImplicitJoint(joint.A, joint.B, joint.C, joint.f, float(np.abs(p[0]).max()))
+    up = most * np.arange(SPIN + 1) / SPIN
+    factors = np.concatenate([up, np.linspace(most, 1.0, SPIN // 2 + 1)[1:]])[:, None]
+    steps = ImplicitSteps(joint.kappa, joint.f, 2, float(np.abs(p[0]).max()))
     nothing = np.zeros(joint.layout.slip_size), np.zeros(joint.n)
-    path.begin(*nothing, *nothing)
-    factors = np.concatenate(
-        [most * np.arange(1, SPIN + 1) / SPIN, np.linspace(most, 1.0, SPIN // 2 + 1)[1:]]
-    )
-    found = path.follow(factors[:, None] * q[0], factors[:, None] * p[0])
-    return found.v[-1]
+    return steps.follow(*nothing, factors * q[0], factors * p[0]).v[-1]
 
 
 def _rows(layers: tuple[int, ...]) -> FloatArray:

@@ -27,7 +27,7 @@ FEWEST = {
     "evolution": [{"scene": "two-node", "method": "gauss-seidel", "parts": 1}],
     "hard_cases": [{"problem": "load factor 0"}],
     "long_term": [{"scene": "random 2", "exponent": 1, "start": 0}],
-    "space_peers": [{"part": "steps", "scene": "25, closed, few slip", "method": "implicit"}],
+    "space_peers": [{"part": "paths", "scene": "25, closed, few slip", "method": "implicit", "parts": 1}],
     "stability": [{"scene": "from the limit"}, {"scene": "condition 1e14", "method": "event"}],  # one stops
     "verify_times": [{"what": "λ_max"}],
 }

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from benchmarks.implicit_joint import ImplicitJoint
+from benchmarks.implicit_steps import ImplicitSteps
 from shakedown.motion.checked_law import Scales, law_violation
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.viscous_jump import Relaxation, ViscousJoint, steady_slide
@@ -27,11 +27,10 @@ def viscous_slide(problem, load):
     law, scale = problem.law, Scales(float(np.abs(load).max()), 1.0)
     joint = ViscousJoint(problem.kappa, law, load, D, scale)
     u, velocity, dt = np.zeros(3 * n), np.zeros(3 * n), 0.1
-    steps = ImplicitJoint(*problem.layout.blocks(problem.kappa + np.diag(D / dt)), problem.f, scale.force)
+    steps = ImplicitSteps(problem.kappa + np.diag(D / dt), problem.f, 2, scale.force)
     for _ in range(600):
-        path = load - D / dt * u
-        steps.begin(*problem.layout.split(u), *problem.layout.split(path))
-        found = steps.step(*problem.layout.split(path))
+        q, p = (np.tile(part, (2, 1)) for part in problem.layout.split(load - D / dt * u))
+        found = steps.follow(*problem.layout.split(u), q, p)
         after = problem.layout.joined(found.v[-1], found.w[-1])
         u, velocity = after, (after - u) / dt
     return joint, u, velocity

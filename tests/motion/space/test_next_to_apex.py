@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.implicit_joint import ImplicitJoint
+from benchmarks.implicit_steps import ImplicitSteps
 from benchmarks.space_verdicts import KINDS, random_joint
 from shakedown.motion.checked_law import law_resolution, law_violation, scales
 from shakedown.motion.course import EventKind
@@ -37,13 +37,9 @@ def test_small_implicit_steps_reach_the_same_state(passed):
     problem, h = passed.problem, passed.history
     first = int(np.flatnonzero(h.kind == EventKind.CLOSES)[-1])
     last = first + int(np.flatnonzero(h.kind[first:] == EventKind.LOAD_STEP)[0])
-    joint = ImplicitJoint(problem.A, problem.B, problem.C, problem.f, passed.scale.force)
-    joint.begin(h.v[first], h.w[first], h.q_w[first], h.p_w[first])
-    shares = np.linspace(0.0, 1.0, 401)[1:, None]
-    steps = joint.follow(
-        h.q_w[first] + shares * (h.q_w[last] - h.q_w[first]),
-        h.p_w[first] + shares * (h.p_w[last] - h.p_w[first]),
-    )
+    joint = ImplicitSteps(problem.kappa, problem.f, 2, passed.scale.force)
+    ends = [first, last]
+    steps = joint.follow(h.v[first], h.w[first], h.q_w[ends], h.p_w[ends], parts=400)
     way = np.abs(h.v[last] - h.v[first]).max()
     np.testing.assert_allclose(h.v[last], steps.v[-1], rtol=0.0, atol=1e-3 * way)
 
