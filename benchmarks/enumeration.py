@@ -7,12 +7,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import shakedown
+from benchmarks.display import curve, listed, panels
 from benchmarks.problems import joint
 from benchmarks.timing import median_time
 from shakedown.bounds.enumeration.intersection import scaled_rows
 from shakedown.bounds.enumeration.walk_kernel import Tree, pieces
 from shakedown.joint.constraints import constraints
-from shakedown.report.facts import table
 
 TITLE = "Critical load factors: time per subset"
 SAMPLE = 20_000
@@ -57,28 +57,22 @@ def batched(matrix: np.ndarray, right: np.ndarray, count: int) -> tuple[float, i
 
 
 def tables(rows: list[dict]) -> str:
-    by = {(r["n"], r["method"]): r for r in rows}
-    sizes = sorted({r["n"] for r in rows})
-    headers = ["n", "subsets", *METHODS, "numpy / tree"]
-    lines = []
-    for n in sizes:
-        times = {method: by[n, method]["nanoseconds"] for method in METHODS}
-        ratio = times["numpy batches"] / times["tree, one core"]
-        shown = [f"{times[method]:.0f} ns" for method in METHODS]
-        lines.append([str(n), f"{by[n, 'tree, one core']['total']:,}", *shown, f"{ratio:.0f}"])
+    by = {(row["n"], row["method"]): row for row in rows}
+    sizes = sorted({row["n"] for row in rows})
+    found = [
+        {method: by[n, method]["nanoseconds"] for method in METHODS} | {"n": n, "total": comb(2 * n, n + 1)}
+        for n in sizes
+    ]
+    columns = {"n": "{n}", "subsets": "{total:,}"} | {name: f"{{{name}:.0f}} ns" for name in METHODS}
     last = by[sizes[-1], "tree, all cores"]
     summary = f"n = {sizes[-1]}: {last['total']:,} subsets in {last['seconds']:.2f} s on all cores"
-    return f"{table(headers, lines)}\n{summary}"
+    return f"{listed(found, columns)}\n{summary}"
 
 
-def figures(rows: list[dict]) -> dict:
-    figure = Figure(figsize=(6.5, 4), layout="constrained")
-    axes = figure.subplots()
+def figures(rows: list[dict]) -> dict[str, Figure]:
+    figure, (axes,) = panels(1, size=(6.5, 4.0))
     for method in METHODS:
-        mine = sorted((r["n"], r["nanoseconds"]) for r in rows if r["method"] == method)
-        axes.semilogy(*zip(*mine, strict=True), "o-", ms=4, label=method)
-    axes.set_xlabel("contact nodes n")
-    axes.set_ylabel("time per subset [ns]")
+        curve(axes, [row for row in rows if row["method"] == method], "n", "nanoseconds", label=method)
+    axes.set(xlabel="contact nodes n", ylabel="time per subset [ns]", xscale="linear")
     axes.legend(fontsize=8)
-    axes.grid(alpha=0.3)
     return {"enumeration": figure}

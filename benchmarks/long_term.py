@@ -8,13 +8,12 @@ plain cycling must take "small" for "none", the closed form need not.
 from functools import cache
 
 import numpy as np
-from matplotlib.figure import Figure
 
 import shakedown
+from benchmarks.display import listed
 from benchmarks.problems import random_problem
 from benchmarks.timing import median_time
 from shakedown import Tolerances
-from shakedown.report.facts import table
 
 TITLE = "Long-term state: effort until the verdict, and false verdicts"
 SCENES = ("two-node", "random 2", "uncoupled 5")
@@ -84,61 +83,22 @@ def measure(case: dict) -> dict:
 
 
 def tables(rows: list[dict]) -> str:
-    body = []
-    for side in ("below", "above"):
-        for exponent in sorted({row["exponent"] for row in rows}):
-            for method in METHODS:
-                chosen = [
-                    r for r in rows if (r["side"], r["exponent"], r["method"]) == (side, exponent, method)
-                ]
-                counts = [
-                    sum(r["verdict"] == word for r in chosen) for word in ("right", "false", "undecided")
-                ]
-                body.append(
-                    [
-                        side,
-                        f"1e-{exponent}",
-                        method,
-                        *map(str, counts),
-                        f"{np.median([r['cycles'] for r in chosen]):.0f}",
-                        str(max(r["cycles"] for r in chosen)),
-                        f"{1e3 * np.median([r['seconds'] for r in chosen]):.2f}",
-                    ]
-                )
-    headers = ["side", "distance", "method", "right", "false", "open", "cycles", "most", "ms"]
-    return table(headers, body, longest=10_000)
-
-
-def figures(rows: list[dict]) -> dict[str, Figure]:
-    figure = Figure(figsize=(9.0, 3.8), layout="constrained")
-    axes = figure.subplots(1, 2, sharey=True)
-    styles = {"event": ("o", "#000000"), "cycling 1e-06": ("s", "#E69F00"), "cycling 1e-09": ("^", "#0072B2")}
-    styles["cycling 1e-12"] = ("v", "#D55E00")
-    for axis, side in zip(axes, ("below", "above"), strict=True):
-        for method, (marker, colour) in styles.items():
-            chosen = [r for r in rows if (r["side"], r["method"]) == (side, method)]
-            for verdict, fill in (("right", colour), ("false", "none"), ("undecided", "none")):
-                some = [r for r in chosen if r["verdict"] == verdict]
-                axis.loglog(
-                    [10.0 ** -r["exponent"] for r in some],
-                    [r["cycles"] for r in some],
-                    marker if verdict != "false" else "x",
-                    color=colour,
-                    mfc=fill,
-                    ms=5,
-                    label=method if verdict == "right" else None,
-                )
-        bound = "λ_1, true outcome: shakedown" if side == "below" else "λ_max, true outcome: cyclic slip"
-        axis.set(title=f"{side} {bound}", xlabel="relative distance from the bound")
-        axis.grid(True, alpha=0.3)
-    axes[0].set_ylabel("cycles followed until the verdict")
-    handles, labels = axes[1].get_legend_handles_labels()
-    figure.legend(
-        handles,
-        labels,
-        loc="outside lower center",
-        ncols=4,
-        frameon=False,
-        title="hollow: undecided; ×: false",
-    )
-    return {"long-term": figure}
+    """Of all scenes and starts, by side, distance and method."""
+    found = {}
+    for row in rows:
+        found.setdefault((row["side"], row["exponent"], row["method"]), []).append(row)
+    summed = [
+        {
+            "side": side,
+            "distance": 10.0**-exponent,
+            "method": method,
+            **{word: sum(row["verdict"] == word for row in own) for word in ("right", "false", "undecided")},
+            "cycles": np.median([row["cycles"] for row in own]),
+            "most": max(row["cycles"] for row in own),
+            "ms": 1e3 * np.median([row["seconds"] for row in own]),
+        }
+        for (side, exponent, method), own in sorted(found.items())
+    ]
+    columns = {"side": "{side}", "distance": "{distance:.0e}", "method": "{method}", "right": "{right}"}
+    columns |= {"false": "{false}", "open": "{undecided}", "cycles": "{cycles:.0f}", "most": "{most}"}
+    return listed(summed, columns | {"ms": "{ms:.2f}"})

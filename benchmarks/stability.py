@@ -16,23 +16,17 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from benchmarks import siconos_peer
+from benchmarks.display import lines, listed
 from benchmarks.rational_path import NoPath, one_step_holds, rational_path
 from benchmarks.stability_scenes import FAMILIES, Scene
-from benchmarks.timing import median_time
 from shakedown import Problem
 from shakedown.ground.constants import FloatArray
-from shakedown.joint.constraints import ramp_start
 from shakedown.motion.checked_law import law_violation, reactions, scales
-from shakedown.motion.course import EFFORT, End, EventKind, course
+from shakedown.motion.course import EventKind
 from shakedown.motion.evolution import Evolution, evolve
 from shakedown.motion.fixed_steps import MOST_SWEEPS, contact_nodes, load_steps, places_by_node
-from shakedown.motion.plane import event_loop
-from shakedown.motion.plane.active_set import factorize
-from shakedown.motion.plane.moving_state import begin, empty_record
-from shakedown.report.facts import table
 
 TITLE = "Hard cases of time integration: error against the path in rational arithmetic"
 METHODS = {
@@ -55,7 +49,6 @@ class Path:
     v: FloatArray
     violation: float
     early_violation: float  # in the first tenth of the run
-    seconds: float
     said: str
 
 
@@ -139,7 +132,6 @@ def measure(case: dict) -> dict:
         "sensitivity": sensitivity if np.isfinite(sensitivity) else None,
         "violation": path.violation,
         "early_violation": path.early_violation,
-        "seconds_per_cycle": path.seconds / hard.cycles if np.isfinite(path.seconds) else None,
     }
 
 
@@ -161,29 +153,7 @@ def _event(hard: Scene) -> Path:
     violation = _law(hard, q, p, history.w, slip)
     said = "" if run.stop is None else run.stop.reason
     steps = history.rows(history.kind == EventKind.LOAD_STEP)
-    return Path(steps.v[1:], float(violation.max()), 0.0, _event_seconds(hard), said)
-
-
-def _event_seconds(hard: Scene) -> float:
-    """Time of the compiled loop over the load steps, set up beforehand as it is for Gauss–Seidel."""
-    evolution = Evolution(hard.problem, 1.0, hard.start)
-    start, load, n = evolution.state, evolution.load, hard.problem.n
-    path = np.vstack([ramp_start(hard.problem, load[0], hard.start), *[load] * hard.cycles])
-    along = course(path, 0, True, evolution.method.precision)
-    record = empty_record(min(100 * len(path), 10**5), n)
-    run = evolution.method.run_of(True, False).with_parts(course=along, record=record)
-
-    def follow() -> int:
-        evolution.method.u[:], evolution.method.active.state[:] = start.u, start.contact
-        factorize(evolution.method.active)
-        begin(evolution.method.motion)
-        status = event_loop.follow_straight(run, 1, EFFORT)
-        while status in (End.PAUSED, End.RECORD_FULL):
-            status = event_loop.follow_straight(run, 1, EFFORT)
-        return status
-
-    seconds, status = median_time(follow, least=0.01, runs=1 if _long(hard) else 3)
-    return seconds if status == End.DONE else float("nan")
+    return Path(steps.v[1:], float(violation.max()), 0.0, said)
 
 
 def _event_long(hard: Scene) -> Path:
@@ -199,7 +169,7 @@ def _event_long(hard: Scene) -> Path:
         if cycle >= hard.cycles - SHOWN:
             last.append(evolution.state.u[: hard.problem.n])
     early = max(violations[: hard.cycles // 10])
-    return Path(np.array(last), max(violations), early, _event_seconds(hard), said)
+    return Path(np.array(last), max(violations), early, said)
 
 
 def _gauss_seidel(hard: Scene, tolerance: float) -> Path:
@@ -210,17 +180,14 @@ def _gauss_seidel(hard: Scene, tolerance: float) -> Path:
     loads, slip = layout.joined(q_w, p_w)[:, at].copy(), np.zeros_like(q_w)
     found, path = np.zeros_like(loads), np.zeros_like(loads)
 
-    def run() -> tuple:
-        u = layout.joined(hard.start.astype(float), np.zeros(problem.n))[at]
-        return load_steps(nodes, loads, u, tolerance * size.length, MOST_SWEEPS, found, slip)
-
-    seconds, (_, _, step, node) = median_time(run, least=0.01, runs=1 if _long(hard) else 3)
+    u = layout.joined(hard.start.astype(float), np.zeros(problem.n))[at]
+    *_, step, node = load_steps(nodes, loads, u, tolerance * size.length, MOST_SWEEPS, found, slip)
     said = ""
     if step >= 0:
         what = f"no state of node {node}" if node >= 0 else f"not converged in {MOST_SWEEPS} sweeps"
         said = f"{what} at load step {step}"
     path[:, at] = found
-    return _stepped(hard, q_w, p_w, *layout.split(path), slip, seconds, said)
+    return _stepped(hard, q_w, p_w, *layout.split(path), slip, said)
 
 
 def _siconos(hard: Scene, solver: str) -> Path:
@@ -231,17 +198,17 @@ def _siconos(hard: Scene, solver: str) -> Path:
     )
     said = f"{out.failures} load steps reported as failed" if out.failures else ""
     slip = _contact_slip(out.v, out.w, hard.start)
-    return _stepped(hard, q_w, p_w, out.v, out.w, slip, out.seconds, said)
+    return _stepped(hard, q_w, p_w, out.v, out.w, slip, said)
 
 
-def _stepped(hard: Scene, q_w, p_w, v, w, slip, seconds: float, said: str) -> Path:
+def _stepped(hard: Scene, q_w, p_w, v, w, slip, said: str) -> Path:
     q, p = reactions(hard.problem, q_w, p_w, v, w)
     with np.errstate(invalid="ignore"):
         violation = _law(hard, q, p, w, slip).max(axis=1)
     violation = np.nan_to_num(violation, nan=1e300, posinf=1e300)
     tenth = max(1, len(violation) // 10)
     last = v[-SHOWN * hard.problem.m :]
-    return Path(last, float(violation.max()), float(violation[:tenth].max()), seconds, said)
+    return Path(last, float(violation.max()), float(violation[:tenth].max()), said)
 
 
 def _contact_slip(v: FloatArray, w: FloatArray, start: FloatArray) -> FloatArray:
@@ -258,40 +225,34 @@ def _law(hard: Scene, q, p, w, slip) -> FloatArray:
 def tables(rows: list[dict]) -> str:
     methods = [m for m in METHODS if any(r["method"] == m for r in rows)]
     cell = {(r["family"], r["scene"], r["method"]): r for r in rows}
-    names = list(dict.fromkeys((r["family"], r["scene"]) for r in rows))
-    errors, laws, times = [], [], []
-    for family, name in names:
+    errors, laws = [], []
+    for family, name in dict.fromkeys((r["family"], r["scene"]) for r in rows):
         mine = [cell.get((family, name, m)) for m in methods]
         ulp = next(r for r in mine if r)["sensitivity"]
         errors.append([name, "jumps" if ulp is None else f"{ulp:.0e}", *map(_error, mine)])
         laws.append([name, *(f"{r['violation']:.0e}" if r else "" for r in mine)])
-        seconds = [r["seconds_per_cycle"] if r else None for r in mine]
-        times.append([name, *("" if each is None else f"{1e6 * each:.0f}" for each in seconds)])
     counts = [
         [word, "", *(str(sum(r["verdict"] == word for r in rows if r["method"] == m)) for m in methods)]
         for word in VERDICTS
     ]
+    drift = {
+        "scene": "{scene}",
+        "method": "{method}",
+        "first tenth": "{early_violation:.0e}",
+        "all": "{violation:.0e}",
+    }
     parts = [
         "error of the path, relative; * as 100 ulp of the data; ~ long load step; ! off; FAILED: says so",
-        table(["scene", "ulp does", *methods], errors + counts, longest=10_000),
+        lines(["scene", "ulp does", *methods], errors + counts),
         "\nlargest violation of the friction law, relative to the force and length scale",
         "(event: at every event, the others: at load steps; where κ has condition 1e8 and more, putting a",
         "node onto its limit moves it by the round-off of slips that are that large, and that counts)",
-        table(["scene", *methods], laws, longest=10_000),
-        "\ntime per cycle (µs), compiled loops alone",
-        table(["scene", *methods], times, longest=10_000),
+        lines(["scene", *methods], laws),
+        "\nviolation of the friction law in the first tenth of many cycles, and in all of them",
+        listed([row for row in rows if row["cycles"] > 3], drift),
+        "\nwhat the methods said",
+        *(f"  {r['scene']}, {r['method']}: {r['said']}" for r in rows if r["said"]),
     ]
-    drift = [
-        [r["scene"], r["method"], f"{r['early_violation']:.0e}", f"{r['violation']:.0e}"]
-        for r in rows
-        if r["cycles"] > 3
-    ]
-    if drift:
-        title = "\nviolation of the friction law in the first tenth of many cycles, and in all of them"
-        parts += [title, table(["scene", "method", "first tenth", "all"], drift, longest=10_000)]
-    said = [f"  {r['scene']}, {r['method']}: {r['said']}" for r in rows if r["said"]]
-    if said:
-        parts += ["\nwhat the methods said", *said]
     return "\n".join(parts)
 
 
@@ -302,43 +263,3 @@ def _error(row: dict | None) -> str:
         return "FAILED"
     mark = {"round-off": "* ", "long step": "~ ", "off": "! "}.get(row["verdict"], "")
     return f"{mark}{row['error']:.0e}"
-
-
-COLOURS = {
-    "right": "#7FCDB0",
-    "round-off": "#F0E442",
-    "long step": "#9FD3F3",
-    "off": "#E8884F",
-    "says so": "#BBBBBB",
-}
-
-
-def figures(rows: list[dict]) -> dict[str, Figure]:
-    methods = [m for m in METHODS if any(r["method"] == m for r in rows)]
-    names = list(dict.fromkeys((r["family"], r["scene"]) for r in rows))
-    figure = Figure(figsize=(8.5, 1.6 + 0.24 * len(names)), layout="constrained")
-    axes = figure.subplots()
-    for row in rows:
-        x, y = methods.index(row["method"]), names.index((row["family"], row["scene"]))
-        axes.barh(y, 0.94, left=x - 0.47, height=0.86, color=COLOURS[row["verdict"]])
-        text = "failed" if row["verdict"] == "says so" else f"{row['error']:.0e}"
-        axes.text(x, y, text, ha="center", va="center", fontsize=7)
-    axes.set_yticks(range(len(names)), [name for _, name in names], fontsize=7.5)
-    axes.set_xticks(range(len(methods)), [f"Siconos\n{m}" if m in ("nsgs", "lemke") else m for m in methods])
-    axes.xaxis.tick_top()
-    axes.set(xlim=(-0.5, len(methods) - 0.5), ylim=(len(names) - 0.5, -0.5))
-    for k in range(1, len(names)):
-        if names[k][0] != names[k - 1][0]:
-            axes.axhline(k - 0.5, color="k", lw=0.8)
-    for word, colour in COLOURS.items():
-        meaning = {
-            "right": "right: error below 1e-9",
-            "round-off": "what round-off of the data explains",
-            "long step": "load steps too long for the path",
-            "off": "off, and not said",
-            "says so": "the method says that it failed",
-        }[word]
-        axes.barh(0, 0, color=colour, label=meaning)
-    figure.legend(loc="outside lower center", ncols=2, frameon=False, fontsize=8)
-    axes.set_title("error of the slip path against rational arithmetic", fontsize=10)
-    return {"stability": figure}
