@@ -1,52 +1,43 @@
-"""How sharp the energy bound is, and what it costs.
+"""How sharp the energy bound is.
 
 λ_E, the load factor to which shakedown from slip zero is proved, beside λ_1 (first collapse), λ_T
 (where the simulated joint stops shaking down) and λ_max: against the strength of the coupling,
 against friction and against the mesh. Where slip zero is far from every safe slip λ_E falls
-short of λ_T; then the number of cycles counts after which a simulated state is inside
-the ball. Times are those of both programs in one process, by turns.
+short of λ_T; then the number of cycles counts after which a simulated state is inside the ball.
+What the bound costs is in ``large_joints`` and ``verify_times``.
 """
 
 import statistics
-from collections.abc import Callable
 from dataclasses import replace
 from math import isfinite
-from time import perf_counter
 
 import numpy as np
-from matplotlib.figure import Figure
 
 import shakedown
-from benchmarks.problems import chain, joint, random_problem
+from benchmarks.display import listed
+from benchmarks.problems import joint
 from benchmarks.refinement import block_on_plane
 from shakedown import Problem, energy_ball, energy_bound, transient_limit, upper_bound
 from shakedown.bounds.uniqueness.coupling import coupling
 from shakedown.motion.evolution import Evolution
-from shakedown.report.facts import table
 
-TITLE = "The energy bound: how sharp, and at what cost"
+TITLE = "The energy bound: how sharp it is"
 SHARES = (0.9, 0.98, 0.999)  # of λ_T
 MOST_CYCLES = 64
-SIZES = {"random": random_problem, "chain": chain}
-RUNS = 5
 
 
 def cases(short: bool) -> list[dict]:
     couplings, seeds = ((0.3, 1.0), 2) if short else ((0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5), 8)
     frictions = (0.2, 0.5) if short else (0.1, 0.2, 0.3, 0.4, 0.5)
     elements = (8,) if short else (8, 16, 32, 64)
-    nodes = (10, 40) if short else (10, 20, 40, 60, 125, 250, 500)
     return [
         *({"study": "coupling", "value": c, "seed": seed} for c in couplings for seed in range(seeds)),
         *({"study": "friction", "value": f, "block": b} for b in ("block-9", "block-33") for f in frictions),
         *({"study": "mesh", "value": e, "f": f} for f in (0.2, 0.4) for e in elements),
-        *({"study": "cost", "value": n, "joint": name} for name in SIZES for n in nodes),
     ]
 
 
 def measure(case: dict) -> dict:
-    if case["study"] == "cost":
-        return cost(SIZES[case["joint"]](case["value"], seed=0))
     if case["study"] == "coupling":
         return sharpness(joint(case["seed"], n=6, coupling=case["value"]))
     if case["study"] == "friction":
@@ -90,90 +81,37 @@ def cycles_to_ball(problem: Problem, load_factor: float) -> int | None:
     return None
 
 
-def cost(problem: Problem) -> dict:
-    """Median times [ms] of the programs, run by turns after one run that is not counted."""
-    load_factor = 0.5 * upper_bound(problem, certify=False).load_factor
-    tasks: dict[str, Callable[[], object]] = {
-        "upper": lambda: upper_bound(problem, certify=False),
-        "bound": lambda: energy_bound(problem, certify=False),
-        "ball": lambda: energy_ball(problem, load_factor),
-    }
-    times: dict[str, list[float]] = {task: [] for task in tasks}
-    for run in range(RUNS + 1):
-        for task, work in tasks.items():
-            began = perf_counter()
-            work()
-            if run:
-                times[task].append(perf_counter() - began)
-    row = {f"{task}_ms": 1e3 * statistics.median(seconds) for task, seconds in times.items()}
-    ratios = [statistics.median(np.divide(times[task], times["upper"])) for task in ("bound", "ball")]
-    return row | {"nodes": problem.n, "bound_ratio": ratios[0], "ball_ratio": ratios[1]}
-
-
 def tables(rows: list[dict]) -> str:
     parts = []
-    for study in ("coupling", "friction", "mesh"):
-        chosen = [row for row in rows if row["study"] == study]
-        lines = [_line(study, group) for group in _groups(study, chosen)]
-        headers = [study, "joints", "ρ", "λ_1/λ_max", "λ_E/λ_max", "λ_T/λ_max", "λ_E/λ_T"]
-        headers += [f"cycles at {share:g} λ_T" for share in SHARES]
-        parts += [f"against {study}, medians", table(headers, lines), ""]
-    chosen = [row for row in rows if row["study"] == "cost"]
-    lines = [
-        [
-            row["joint"],
-            str(row["nodes"]),
-            *(f"{row[key]:.1f}" for key in ("upper_ms", "bound_ms", "ball_ms")),
-            *(f"{row[key]:.2f}" for key in ("bound_ratio", "ball_ratio")),
+    for study in dict.fromkeys(row["study"] for row in rows):
+        chosen = [row for row in rows if row["study"] == study and row["upper"] is not None]
+        # joints of one coupling together; the other studies have one joint per line
+        keys = [row["value"] if study == "coupling" else number for number, row in enumerate(chosen)]
+        groups = [
+            [row for row, own in zip(chosen, keys, strict=True) if own == key] for key in dict.fromkeys(keys)
         ]
-        for row in chosen
-    ]
-    headers = ["joint", "n", "λ_max ms", "λ_E ms", "R(λ) ms", "λ_E / λ_max", "R(λ) / λ_max"]
-    return "\n".join([*parts, "cost", table(headers, lines)])
+        columns = {
+            "coupling": {"coupling": "{value:g}"},
+            "friction": {"joint": "{block}", "f": "{value:g}"},
+            "mesh": {"nodes": "{nodes}", "f": "{f:g}"},
+        }[study] | {
+            "joints": "{joints}", "ρ": "{coupling_ratio:.4f}", "λ_1/λ_max": "{first_collapse:.4f}",
+            "λ_E/λ_max": "{energy:.4f}", "λ_T/λ_max": "{transient:.4f}", "λ_E/λ_T": "{share:.4f}",
+            **{f"cycles at {share:g} λ_T": f"{{cycles_{k}:g}}" for k, share in enumerate(SHARES)},
+        }  # fmt: skip
+        parts.append(f"against {study}, medians\n{listed(map(_medians, groups), columns)}")
+    return "\n\n".join(parts)
 
 
-def _groups(study: str, rows: list[dict]) -> list[list[dict]]:
-    """Joints of one coupling; the other studies have one joint per line."""
-    if study != "coupling":
-        return [[row] for row in rows]
-    values = dict.fromkeys(row["value"] for row in rows)
-    return [[row for row in rows if row["value"] == value and row["upper"] is not None] for value in values]
+def _medians(group: list[dict]) -> dict:
+    """Of the values that there are, over joints of one kind."""
 
+    def median(values: list) -> float | None:
+        known = [value for value in values if value is not None]
+        return statistics.median(known) if known else None
 
-def _line(study: str, group: list[dict]) -> list[str]:
-    first = group[0]
-    label = {"coupling": "{value:g}", "friction": "{block}, f = {value:g}", "mesh": "n = {nodes}, f = {f:g}"}
     keys = ("coupling_ratio", "first_collapse", "energy", "transient")
-    medians = [_median([row[key] for row in group]) for key in keys]
     shares = [row["energy"] / row["transient"] for row in group if row["energy"] and row["transient"]]
-    cycles = [_median([row["cycles"][k] for row in group], "{:g}") for k in range(len(SHARES))]
-    return [label[study].format(**first), str(len(group)), *medians, _median(shares), *cycles]
-
-
-def _median(values: list, form: str = "{:.4f}") -> str:
-    """The median of the values that there are; a dash where there is none."""
-    known = [value for value in values if value is not None]
-    return form.format(statistics.median(known)) if known else "-"
-
-
-def figures(rows: list[dict]) -> dict[str, Figure]:
-    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    joints = [row for row in rows if row["study"] == "coupling" and row["upper"] is not None]
-    for key, label in (("first_collapse", "λ_1"), ("energy", "λ_E"), ("transient", "λ_T")):
-        known = [row for row in joints if row[key] is not None and row["coupling_ratio"] is not None]
-        left.plot(
-            [row["coupling_ratio"] for row in known], [row[key] for row in known], "o", ms=3, label=label
-        )
-    left.set(xlabel="coupling ratio ρ", ylabel="relative to λ_max", xscale="log", ylim=(0, 1.05))
-    timed = [row for row in rows if row["study"] == "cost"]
-    for name in SIZES:
-        series = [row for row in timed if row["joint"] == name]
-        for key, style in (("upper_ms", "-"), ("bound_ms", "--"), ("ball_ms", ":")):
-            label = f"{name}, {key.removesuffix('_ms')}"
-            right.loglog([row["nodes"] for row in series], [row[key] for row in series], style, label=label)
-    right.set(xlabel="nodes n", ylabel="time (ms)")
-    for axis in (left, right):
-        axis.legend(fontsize="small", frameon=False)
-        axis.grid(True, alpha=0.3)
-    return {"energy-bounds": figure}
+    cycles = {f"cycles_{k}": median([row["cycles"][k] for row in group]) for k in range(len(SHARES))}
+    found = {key: median([row[key] for row in group]) for key in keys}
+    return group[0] | found | cycles | {"joints": len(group), "share": median(shares)}
