@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from scipy.optimize import linprog
 
 import shakedown
+from benchmarks.display import curve, lines, panels, shown
 from benchmarks.problems import chain
 from benchmarks.timing import in_turn
 from shakedown import Problem
 from shakedown.joint.constraints import Constraints, constraints
-from shakedown.report.facts import table
 
 TITLE = "Upper and lower bound: time against the number of nodes"
 CERTIFIED_UP_TO = {"upper": 125, "lower": 60}  # nodes; beyond, exact arithmetic takes minutes
@@ -45,14 +45,9 @@ def highs_model(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> high
     return solver
 
 
-def highs_solved(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> highspy.Highs:
+def highspy_raw(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> Value:
     solver = highs_model(matrix, right, cost)
     solver.run()
-    return solver
-
-
-def highspy_raw(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> Value:
-    solver = highs_solved(matrix, right, cost)
     return solver.getObjectiveValue() if solver.getModelStatus().name == "kOptimal" else np.nan
 
 
@@ -179,16 +174,15 @@ def collapse_program(rows: Constraints, node: int) -> Iterable[np.ndarray]:
 
 def tables(rows: list[dict]) -> str:
     by = {(r["n"], r["bound"], r["method"]): r for r in rows}
-    sizes = sorted({r["n"] for r in rows})
     parts = []
     for bound in ("upper", "lower"):
         times, errors = [], []
-        for n in sizes:
-            cells = [by.get((n, bound, method)) for method in METHODS]
-            times.append([str(n), *map(_time, cells)])
-            errors.append([str(n), by[n, bound, "shakedown"]["against"], *map(_error, cells)])
-        parts.append(f"{bound} bound: time [s]\n" + table(["n", *METHODS], times))
-        parts.append(f"{bound} bound: relative error\n" + table(["n", "against", *METHODS], errors))
+        for n in sorted({r["n"] for r in rows}):
+            cells = [by.get((n, bound, method), {}) for method in METHODS]
+            times.append([str(n), *(shown(cell, "{seconds:.3g} (x{relative:.3g})") for cell in cells)])
+            errors.append([str(n), cells[0]["against"], *(shown(cell, "{error:.1e}") for cell in cells)])
+        parts.append(f"{bound} bound: time [s]\n" + lines(["n", *METHODS], times))
+        parts.append(f"{bound} bound: relative error\n" + lines(["n", "against", *METHODS], errors))
     parts.append(
         f"A peer's lower bound is timed on up to {NODES_SAMPLED + 1} of the n programs and scaled up;\n"
         "its error is that of the program of the node that collapses first. The error of\n"
@@ -197,31 +191,13 @@ def tables(rows: list[dict]) -> str:
     return "\n\n".join(parts)
 
 
-def _time(row: dict | None) -> str:
-    """Seconds, and how many times what the toolkit takes in turn with it."""
-    return "-" if row is None else f"{row['seconds']:.3g} (x{row['relative']:.3g})"
-
-
-def _error(row: dict | None) -> str:
-    if row is None:
-        return "-"
-    if row["error"] is None:
-        return "unsolved" if not row["solved"] else "unchecked"
-    return f"{row['error']:.1e}"
-
-
-def figures(rows: list[dict]) -> dict:
-    figure = Figure(figsize=(9.5, 4), layout="constrained")
-    axes = figure.subplots(1, 2, sharey=True)
+def figures(rows: list[dict]) -> dict[str, Figure]:
+    figure, axes = panels(2, 2, (4.8, 4.0))
     for panel, bound in zip(axes, ("upper", "lower"), strict=True):
         for method in METHODS:
-            mine = sorted(
-                (r["n"], r["seconds"]) for r in rows if r["bound"] == bound and r["method"] == method
-            )
-            panel.loglog(*zip(*mine, strict=True), "o-", ms=4, label=method)
-        panel.set_title(f"{bound} bound")
-        panel.set_xlabel("contact nodes n")
-        panel.grid(alpha=0.3)
+            mine = [r for r in rows if (r["bound"], r["method"]) == (bound, method)]
+            curve(panel, mine, "n", "seconds", label=method)
+        panel.set(title=f"{bound} bound", xlabel="contact nodes n")
     axes[0].set_ylabel("time [s]")
     axes[0].legend(fontsize=8)
     return {"bounds": figure}

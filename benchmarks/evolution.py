@@ -9,18 +9,18 @@ from matplotlib.figure import Figure
 
 import shakedown
 from benchmarks import siconos_peer
+from benchmarks.display import curve, listed, panels
 from benchmarks.problems import random_problem, refined
 from benchmarks.timing import in_turn
 from shakedown import Tolerances
 from shakedown.joint.constraints import loading
 from shakedown.motion.checked_law import law_violation, reactions, scales
-from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolution import EvolutionResult, evolve
 from shakedown.motion.fixed_steps import FixedSteps
-from shakedown.report.facts import table
 
 TITLE = "Time integration: time per cycle against error of the path"
 CYCLES = 3
+SHARP = (None, 1e-12, 1e-13)  # tolerances
 TURNS = 3  # of a method and the event-driven path
 UNCHECKED = 1e9  # a violation of the friction law is measured here, it is no reason to stop
 SCENES = {
@@ -95,7 +95,8 @@ def measure(case: dict) -> dict:
             .v
         )  # every load step split into 7: the path must not change
         failures = 0
-        violation = _violation(problem, load_factor, start, run.history)
+        h = run.history
+        violation = _violation(problem, load_factor, start, h.q_w, h.p_w, h.v, h.w)
     elif case["method"] == "gauss-seidel":
         tolerances = Tolerances(convergence=case["tolerance"], friction_law=UNCHECKED)
 
@@ -128,115 +129,63 @@ def measure(case: dict) -> dict:
 
 
 def _siconos(problem: shakedown.Problem, load_factor: float, start: np.ndarray, case: dict) -> tuple:
-    loop, size = loading(problem).at(load_factor), scales(problem, load_factor)
-    q_w, p_w = (np.tile(part, (CYCLES, 1)) for part in loop)
+    q_w, p_w = (np.tile(part, (CYCLES, 1)) for part in loading(problem).at(load_factor))
+    size = scales(problem, load_factor)
     out = siconos_peer.solve_steps(problem, q_w, p_w, start, case["method"], case["tolerance"], size)
-    q, p = reactions(problem, q_w, p_w, out.v, out.w)
-    slip = np.diff(out.v, axis=0, prepend=start[None])
-    slip[(out.w > 0) | (np.roll(out.w, 1, axis=0) > 0)] = 0.0  # not in contact during the whole step
-    violation = float(law_violation(problem.f, q, p, out.w, slip, size).max())
-    return out.seconds, out.v, out.failures, violation
+    return out.seconds, out.v, out.failures, _violation(problem, load_factor, start, q_w, p_w, out.v, out.w)
 
 
-def _violation(
-    problem: shakedown.Problem, load_factor: float, start: np.ndarray, history: EventHistory
-) -> float:
-    """The friction law over an event-driven path, from its slips and gaps alone."""
-    q, p = reactions(problem, history.q_w, history.p_w, history.v, history.w)
-    slip = np.diff(history.v, axis=0, prepend=start[None])
-    slip[(history.w > 0) | (np.roll(history.w, 1, axis=0) > 0)] = 0.0
-    return float(law_violation(problem.f, q, p, history.w, slip, scales(problem, load_factor)).max())
+def _violation(problem: shakedown.Problem, load_factor: float, start: np.ndarray, *path: np.ndarray) -> float:
+    """The friction law over a path (q_w, p_w, v, w), from its slips and gaps alone."""
+    (*_, v, w), (q, p) = path, reactions(problem, *path)
+    slip = np.diff(v, axis=0, prepend=start[None])
+    slip[(w > 0) | (np.roll(w, 1, axis=0) > 0)] = 0.0  # not in contact during the whole step
+    return float(law_violation(problem.f, q, p, w, slip, scales(problem, load_factor)).max())
 
 
 def tables(rows: list[dict]) -> str:
-    body = [
-        [
-            row["scene"],
-            row["method"],
-            str(row["parts"]),
-            "" if row["tolerance"] is None else f"{row['tolerance']:.0e}",
-            f"{1e3 * row['seconds_per_cycle']:.3f}",
-            f"{row['relative']:.2f}",
-            f"{row['error']:.1e}",
-            f"{row['violation']:.0e}",
-            str(row["failures"]),
-        ]
-        for row in rows
-    ]
-    headers = ["scene", "method", "parts", "tol", "ms/cycle", "time/event", "error", "law", "failures"]
+    columns = {
+        "scene": "{scene}", "method": "{method}", "parts": "{parts}", "tol": "{tolerance:.0e}",
+        "ms/cycle": lambda row: f"{1e3 * row['seconds_per_cycle']:.3f}", "time/event": "{relative:.2f}",
+        "error": "{error:.1e}", "law": "{violation:.0e}", "failures": "{failures}",
+    }  # fmt: skip
     orders = [f"{name} {order:.2f}" for name, order in fitted_orders(rows).items()]
     return (
-        table(headers, body, longest=10_000)
-        + f"\n\nFitted order of Gauss–Seidel in the load step (theory: 1): {', '.join(orders) or 'none'}."
-        "\nWhere it is not listed its load steps are exact: no node reverses or separates within one."
+        f"{listed(rows, columns)}\n\nFitted order of Gauss–Seidel in the load step (theory: 1): "
+        f"{', '.join(orders) or 'none'}.\nWhere it is not listed its load steps are exact: no node reverses "
+        "or separates within one."
     )
 
 
 def fitted_orders(rows: list[dict]) -> dict[str, float]:
     """Order of convergence of sharply solved Gauss–Seidel steps, where they are not exact already."""
     orders = {}
-    for name, steps in _refinements(rows).items():
-        if len(steps) > 2 and min(error for _, error in steps) > 1e-10:
-            parts, errors = np.array(steps).T
+    for name in dict.fromkeys(row["scene"] for row in rows):
+        steps = [row for row in rows if (row["scene"], row["method"]) == (name, "gauss-seidel")]
+        parts, errors = np.array([[r["parts"], r["error"]] for r in steps if r["tolerance"] == 1e-13]).T
+        if len(parts) > 2 and min(errors) > 1e-10:
             orders[name] = float(-np.polyfit(np.log(parts), np.log(errors), 1)[0])
     return orders
 
 
-def _refinements(rows: list[dict]) -> dict[str, list[tuple[int, float]]]:
-    """(parts, error) of sharply solved Gauss–Seidel runs, scene by scene."""
-    found: dict[str, list[tuple[int, float]]] = {}
-    for row in rows:
-        if row["method"] == "gauss-seidel" and row["tolerance"] == 1e-13:
-            found.setdefault(row["scene"], []).append((row["parts"], row["error"]))
-    return found
-
-
 STYLES = {
-    "event": ("o", "#000000"),
-    "gauss-seidel": ("s", "#0072B2"),
-    "nsgs": ("^", "#D55E00"),
-    "lemke": ("v", "#CC79A7"),
+    "event": ("o", "#000000", "event"),
+    "gauss-seidel": ("s", "#0072B2", "Gauss–Seidel (hollow: loose)"),
+    "nsgs": ("^", "#D55E00", "Siconos NSGS"),
+    "lemke": ("v", "#CC79A7", "Siconos Lemke"),
 }
-
-
-LABELS = {"nsgs": "Siconos NSGS", "lemke": "Siconos Lemke", "gauss-seidel": "Gauss–Seidel (hollow: loose)"}
 
 
 def figures(rows: list[dict]) -> dict[str, Figure]:
     names = list(dict.fromkeys(row["scene"] for row in rows))
-    figure = Figure(
-        figsize=(4.2 * min(3, len(names)), 3.6 * ((len(names) + 2) // 3) + 0.5), layout="constrained"
-    )
-    axes = figure.subplots((len(names) + 2) // 3, min(3, len(names)), squeeze=False).ravel()
-    for axis, name in zip(axes, names, strict=False):
-        for method, (marker, colour) in STYLES.items():
+    figure, axes = panels(len(names))
+    for axis, name in zip(axes, names, strict=True):
+        for method, (marker, colour, label) in STYLES.items():
             chosen = [r for r in rows if (r["scene"], r["method"]) == (name, method)]
-            sharp = [r for r in chosen if r["tolerance"] in (None, 1e-12, 1e-13)]
-            for some, line, fill in (
-                (sharp, ":", colour),
-                ([r for r in chosen if r not in sharp], "", "none"),
-            ):
-                x = [max(r["error"], 1e-17) for r in some]
-                y = [r["relative"] for r in some]
-                label = LABELS.get(method, method) if some is sharp and some else None
-                axis.loglog(x, y, marker, color=colour, mfc=fill, ls=line, label=label)
+            sharp = [r | {"error": max(r["error"], 1e-17)} for r in chosen if r["tolerance"] in SHARP]
+            loose = [r for r in chosen if r["tolerance"] not in SHARP]
+            curve(axis, sharp, "error", "relative", marker, color=colour, ls=":", label=label)
+            curve(axis, loose, "error", "relative", marker, color=colour, mfc="none", ls="")
         axis.set(title=name, xlabel="error of the slip path (relative)", ylabel="time / event-driven")
-        axis.grid(True, alpha=0.3)
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
-    return {"evolution": figure, "evolution-order": _order_figure(rows)}
-
-
-def _order_figure(rows: list[dict]) -> Figure:
-    """Error of Gauss–Seidel against the number of parts of a load step, with the theoretical slope."""
-    figure = Figure(figsize=(5.4, 4.0), layout="constrained")
-    axis = figure.subplots()
-    for name, steps in _refinements(rows).items():
-        parts, errors = np.array(steps).T
-        axis.loglog(parts, np.maximum(errors, 1e-17), "s-", ms=4, label=name)
-    guide = np.array([1.0, 64.0])
-    axis.loglog(guide, 1e-2 / guide, "k--", lw=1, label="order 1")
-    axis.set(xlabel="parts that a load step is split into", ylabel="error of the slip path (relative)")
-    axis.set_title("Gauss–Seidel against the event-driven path", fontsize="medium")
-    axis.grid(True, alpha=0.3)
-    axis.legend(fontsize="small", ncols=2, loc=(0.05, 0.2))
-    return figure
+    return {"evolution": figure}

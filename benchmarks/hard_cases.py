@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 from scipy.optimize import linprog
 
 import shakedown
-from benchmarks.bounds import highs_solved
+from benchmarks.bounds import highs_model, upper_program
+from benchmarks.display import lines, panels, shown
 from benchmarks.problems import joint
 from benchmarks.rational_reference import fraction_rows, load_factor_range
 from shakedown import Problem
 from shakedown.bounds.independent_solver import conic_upper_bound
-from shakedown.joint.constraints import Constraints, constraints
-from shakedown.report.facts import table
+from shakedown.joint.constraints import constraints
 
 TITLE = "Hard cases: error of each method against the exact rational answer"
 
@@ -156,77 +156,72 @@ HARD_CASES: dict[str, Callable[[], Problem]] = {
 
 
 Answer = tuple[str, float]
+STATUS = {  # of HiGHS, scipy.optimize.linprog and cvxpy
+    "kOptimal": "optimal", "kInfeasible": "infeasible", "kUnbounded": "unbounded",
+    0: "optimal", 2: "infeasible", 3: "unbounded",
+    "optimal": "optimal", "infeasible": "infeasible", "unbounded": "unbounded",
+}  # fmt: skip
 
 
-def default_upper(problem: Problem) -> Answer:
-    """As a user calls it."""
-    upper = shakedown.upper_bound(problem)
-    return upper.status, upper.load_factor
+def by_toolkit(**how: bool) -> Callable[[Problem], Answer]:
+    def answer(problem: Problem) -> Answer:
+        upper = shakedown.upper_bound(problem, **how)
+        return upper.status, upper.load_factor
+
+    return answer
 
 
-def plain_upper(problem: Problem) -> Answer:
-    upper = shakedown.upper_bound(problem, certify=False)
-    return upper.status, upper.load_factor
-
-
-def conic_upper(problem: Problem) -> Answer:
+def by_cones(problem: Problem) -> Answer:
     upper = conic_upper_bound(problem)
     return upper.status, upper.load_factor
 
 
-def raw_highs_upper(problem: Problem) -> Answer:
+def by_highs(problem: Problem) -> Answer:
     """HiGHS as it comes, through highspy, on the data as they are."""
-    rows = constraints(problem)
-    solver = highs_solved(np.column_stack([rows.G, rows.d]), rows.g, np.append(np.zeros(rows.n), -1.0))
-    names = {"kOptimal": "optimal", "kInfeasible": "infeasible", "kUnbounded": "unbounded"}
-    status = names.get(solver.getModelStatus().name, "undecided")
-    return status, -solver.getObjectiveValue() if status == "optimal" else _nothing(status)
+    solver = highs_model(*upper_program(constraints(problem)))
+    solver.run()
+    return _answer(solver.getModelStatus().name, -solver.getObjectiveValue())
 
 
-def scipy_upper(problem: Problem) -> Answer:
+def by_scipy(problem: Problem) -> Answer:
     """scipy.optimize.linprog, as it comes."""
-    rows = constraints(problem)
-    cost, bounds = np.append(np.zeros(rows.n), -1.0), [(None, None)] * rows.n + [(0, None)]
-    end = linprog(cost, A_ub=np.column_stack([rows.G, rows.d]), b_ub=rows.g, bounds=bounds)
-    status = {0: "optimal", 2: "infeasible", 3: "unbounded"}.get(end.status, "undecided")
-    return status, float(end.x[-1]) if status == "optimal" else _nothing(status)
+    matrix, right, cost = upper_program(constraints(problem))
+    bounds = [(None, None)] * (len(cost) - 1) + [(0, None)]
+    end = linprog(cost, A_ub=matrix, b_ub=right, bounds=bounds)
+    return _answer(end.status, end.fun)
 
 
-def cvxpy_upper(problem: Problem) -> Answer:
-    """cvxpy with its default solver and tolerances, on the data as they are."""
-    rows = constraints(problem)
-    return _by_cvxpy(rows, None)
+def by_cvxpy(solver: str | None) -> Callable[[Problem], Answer]:
+    """cvxpy with a solver's default tolerances, on the data as they are."""
+
+    def answer(problem: Problem) -> Answer:
+        matrix, right, cost = upper_program(constraints(problem))
+        x = cp.Variable(len(cost))
+        program = cp.Problem(cp.Minimize(cost @ x), [matrix @ x <= right, x[-1] >= 0])
+        try:
+            program.solve(solver=solver)
+        except cp.SolverError:
+            return "undecided", nan
+        return _answer(program.status, program.value)
+
+    return answer
 
 
-def clarabel_upper(problem: Problem) -> Answer:
-    """Clarabel through cvxpy at its default tolerances, on the data as they are."""
-    return _by_cvxpy(constraints(problem), cp.CLARABEL)
-
-
-def _by_cvxpy(rows: Constraints, solver: str | None) -> Answer:
-    v, load_factor = cp.Variable(rows.n), cp.Variable(nonneg=True)
-    program = cp.Problem(cp.Maximize(load_factor), [rows.G @ v + load_factor * rows.d <= rows.g])
-    try:
-        program.solve(solver=solver)
-    except cp.SolverError:
-        return "undecided", nan
-    status = str(program.status) if program.status in ("optimal", "infeasible", "unbounded") else "undecided"
-    return status, float(load_factor.value) if status == "optimal" else _nothing(status)
-
-
-def _nothing(status: str) -> float:
-    return inf if status == "unbounded" else nan
+def _answer(status: str | int, cost: float | None) -> Answer:
+    """Status and load factor of a program of the least −λ."""
+    said = STATUS.get(status, "undecided")
+    return said, -float(cost) if said == "optimal" else inf if said == "unbounded" else nan
 
 
 OWN = "shakedown"
 METHODS: dict[str, Callable[[Problem], Answer]] = {
-    OWN: default_upper,
-    "shakedown, floats only": plain_upper,
-    "shakedown, conic": conic_upper,
-    "highspy": raw_highs_upper,
-    "scipy linprog": scipy_upper,
-    "cvxpy default": cvxpy_upper,
-    "cvxpy Clarabel": clarabel_upper,
+    OWN: by_toolkit(),  # as a user calls it
+    "shakedown, floats only": by_toolkit(certify=False),
+    "shakedown, conic": by_cones,
+    "highspy": by_highs,
+    "scipy linprog": by_scipy,
+    "cvxpy default": by_cvxpy(None),
+    "cvxpy Clarabel": by_cvxpy(cp.CLARABEL),
 }
 
 
@@ -300,18 +295,15 @@ def as_number(value: float) -> float | str | None:
 def tables(rows: list[dict]) -> str:
     names = list(dict.fromkeys(r["problem"] for r in rows))
     cell = {(r["problem"], r["method"]): r for r in rows}
-    headers = ["", "reference", "exact", *(method.replace("shakedown", "sd") for method in METHODS)]
-    lines = []
+    found = []
     for name in names:
         first = cell[name, OWN]
         exact = f"{first['exact']:.5g}" if first["exact_status"] == "optimal" else first["exact_status"]
-        lines.append(
-            [name, first["reference"], exact, *(cell_text(cell[name, method]) for method in METHODS)]
-        )
+        found.append([name, first["reference"], exact, *(cell_text(cell[name, m]) for m in METHODS)])
     for verdict in VERDICTS:
         counts = [sum(cell[name, method]["verdict"] == verdict for name in names) for method in METHODS]
-        lines.append([f"{verdict}, of {len(names)}", "", "", *map(str, counts)])
-    return table(headers, lines, longest=len(lines))
+        found.append([f"{verdict}, of {len(names)}", "", "", *map(str, counts)])
+    return lines(["", "reference", "exact", *(m.replace("shakedown", "sd") for m in METHODS)], found)
 
 
 def cell_text(row: dict) -> str:
@@ -319,24 +311,22 @@ def cell_text(row: dict) -> str:
         return f"! {row['status']}"
     if row["verdict"] in ("open", "self"):
         return row["verdict"]
-    return f"{row['error']:.1e}" if row["status"] == "optimal" else "right"
+    return shown(row, "{error:.1e}") if row["status"] == "optimal" else "right"
 
 
-def figures(rows: list[dict]) -> dict:
-    figure = Figure(figsize=(8, 4), layout="constrained")
-    axes = figure.subplots()
+def figures(rows: list[dict]) -> dict[str, Figure]:
+    figure, (axes,) = panels(1, size=(8.0, 4.0))
     for k, method in enumerate(METHODS):
         mine = [r for r in rows if r["method"] == method]
         errors = [max(r["error"], 1e-17) for r in mine if r["verdict"] in ("right", "off")]
         heights = np.full(len(errors), k) + np.linspace(-0.25, 0.25, len(errors))
         axes.semilogx(errors, heights, "o", ms=4, alpha=0.6)
-        counts = {v: sum(r["verdict"] == v for r in mine) for v in ("wrong status", "open", "self")}
+        counts = {v: sum(r["verdict"] == v for r in mine) for v in LABELS}
         text = "\n".join(f"{LABELS[v]}: {count}" for v, count in counts.items() if count)
-        # Beside the axes, where no point can be.
+        # beside the axes, where no point can be
         axes.text(1.02, k, text, transform=axes.get_yaxis_transform(), va="center", fontsize=8)
     axes.axvline(RIGHT, color="k", lw=0.8, ls="--")
     axes.set_yticks(range(len(METHODS)), list(METHODS))
-    axes.set_xlim(3e-18, 10)
-    axes.set_xlabel("relative error of the upper bound (0 drawn at 1e-17)")
+    axes.set(xlim=(3e-18, 10), xlabel="relative error of the upper bound (0 drawn at 1e-17)")
     axes.invert_yaxis()
     return {"hard_cases": figure}

@@ -3,24 +3,24 @@
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from statistics import median
 
 import clarabel
 import highspy
 import numpy as np
-from matplotlib.figure import Figure
 from scipy import sparse
 from scipy.linalg import cholesky, solve_triangular
 from threadpoolctl import threadpool_limits
 
 import shakedown
-from benchmarks.bounds import highs_model
+from benchmarks.bounds import highs_model, upper_program
+from benchmarks.display import listed
 from benchmarks.problems import chain, random_problem
 from shakedown import Problem
 from shakedown.fem import ElasticBody, Material, Pressure, Support, Traction, block_mesh, contact_problem
 from shakedown.ground.constants import FloatArray
 from shakedown.joint.constraints import constraints
-from shakedown.report.facts import table
 
 TITLE = "Large joints: the bounds and what HiGHS and Clarabel need for the same programs"
 INFINITE = highspy.kHighsInf
@@ -86,13 +86,6 @@ def _measured(case: dict) -> dict:
     return {name: {"seconds": median(end["seconds"]), "value": end["value"]} for name, end in found.items()}
 
 
-def _model(problem: Problem, towards: float) -> tuple[highspy.Highs, FloatArray]:
-    """The rows of a joint in HiGHS with its own options, scaled by it."""
-    rows = constraints(problem)
-    cost = np.append(np.zeros(rows.n), towards)
-    return highs_model(np.column_stack([rows.G, rows.d]), rows.g, cost), rows.g
-
-
 def _value(solver: highspy.Highs) -> float:
     solver.run()
     optimal = solver.getModelStatus() == highspy.HighsModelStatus.kOptimal
@@ -100,13 +93,14 @@ def _value(solver: highspy.Highs) -> float:
 
 
 def _highs_upper(problem: Problem) -> float:
-    return _value(_model(problem, -1.0)[0])
+    """The rows of a joint in HiGHS with its own options, scaled by it."""
+    return _value(highs_model(*upper_program(constraints(problem))))
 
 
 def _highs_lower(problem: Problem) -> float:
     """The n programs of the first collapse in one model, each from where the last one ended."""
-    solver, right = _model(problem, +1.0)
-    values = []
+    matrix, right, cost = upper_program(constraints(problem))
+    solver, values = highs_model(matrix, right, -cost), []
     for node in range(problem.n):
         for row in (2 * node, 2 * node + 1):
             solver.changeRowBounds(row, right[row], INFINITE)
@@ -159,46 +153,16 @@ PEERS = (
 
 
 def tables(rows: list[dict]) -> str:
-    headers = [
-        "joint",
-        "n",
-        "λ_max, s",
-        "λ_1, s",
-        "λ_E, s",
-        *(f"{peer} : ours" for _, peer in PEERS),
-        "largest gap",
-    ]
-    return table(headers, [_line(row) for row in rows])
+    own = {f"{name}, s": f"{{{name}[seconds]:.3g}}" for name in ("λ_max", "λ_1", "λ_E")}
+    peers = {f"{peer} : ours": partial(_ratio, name, peer) for name, peer in PEERS}
+    return listed(rows, {"joint": "{joint}", "n": "{n}"} | own | peers | {"largest gap": _gap})
 
 
-def _line(row: dict) -> list[str]:
-    own = [f"{row[name]['seconds']:.3g}" for name in ("λ_max", "λ_1", "λ_E")]
-    ratios, gaps = [], []
-    for name, peer in PEERS:
-        if peer not in row:
-            ratios.append("-")
-            continue
-        ratios.append(f"{row[peer]['seconds'] / row[name]['seconds']:.2f}")
-        one, two = row[name]["value"], row[peer]["value"]
-        gaps.append(abs(one - two) / max(abs(one), 1e-300))
-    return [row["joint"], str(row["n"]), *own, *ratios, f"{max(gaps):.1e}" if gaps else "-"]
+def _ratio(name: str, peer: str, row: dict) -> str:
+    return f"{row[peer]['seconds'] / row[name]['seconds']:.2f}" if peer in row else "-"
 
 
-def figures(rows: list[dict]) -> dict[str, Figure]:
-    """Time over the number of nodes, ours and the peers'."""
-    figure = Figure(figsize=(10.0, 3.6), layout="constrained")
-    for axes, kind in zip(figure.subplots(1, len(KINDS), sharey=True), KINDS, strict=True):
-        chosen = [row for row in rows if row["joint"] == kind]
-        for number, name in enumerate(("λ_max", "λ_1", "λ_E")):
-            peers = [peer for own, peer in PEERS if own == name]
-            for line, method in zip(("-o", "--s", ":^"), (name, *peers), strict=False):
-                points = [(row["n"], row[method]["seconds"]) for row in chosen if method in row]
-                if points:
-                    axes.loglog(
-                        *zip(*points, strict=True), line, color=f"C{number}", label=method, markersize=4
-                    )
-        axes.set(title=kind, xlabel="contact nodes")
-        axes.grid(alpha=0.3)
-    figure.axes[0].set_ylabel("processor time [s]")
-    figure.axes[0].legend(fontsize=7)
-    return {"large_joints": figure}
+def _gap(row: dict) -> str:
+    """The largest relative difference between us and a peer."""
+    pairs = [(row[name]["value"], row[peer]["value"]) for name, peer in PEERS if peer in row]
+    return f"{max(abs(one - two) / max(abs(one), 1e-300) for one, two in pairs):.1e}" if pairs else "-"
