@@ -143,7 +143,7 @@ def _damping() -> Figures:
 
 
 def _space_classical() -> Figures:
-    exact = space_classical.exact_rows(rows("space_classical"))
+    exact = rows("space_classical")
     names = {
         "displacement": "displacement",
         "dissipation": "dissipation",

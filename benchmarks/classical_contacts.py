@@ -6,15 +6,11 @@ tangent to the loop of (P, Q) (Barber, Davies and Hills, Int. J. Solids Struct. 
 Hills, arXiv:1908.07939).
 """
 
-from itertools import pairwise
-
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from benchmarks.bodies.classical import cylinder_on_flat, hertz, press_fit, press_fit_pressure
+from benchmarks.display import listed
 from shakedown.motion.evolution import evolve
-from shakedown.report.facts import table
 
 TITLE = "Classical contacts: error against element size"
 INTERFERENCE, FRICTION, HALF = 1e-3, 0.3, 1.5
@@ -99,65 +95,27 @@ def permanent_stick(refinement: int, phase: float) -> dict:
     }
 
 
-def rates(errors: list[float]) -> list[str]:
-    """Order of convergence between each mesh and the next."""
-    return ["-" for _ in errors[:1]] + [f"{np.log2(a / b):.2f}" for a, b in pairwise(errors)]
+TABLES = {
+    "press fit": (
+        "pressure against Lamé, largest relative error",
+        {"nodes": "{nodes}", "error": "{pressure:.2e}"},
+    ),
+    "cylinder on a flat": (
+        "relative errors (peak, mean pressure, mean shear); edges in elements",
+        {"nodes": "{nodes}", "peak": "{peak:.1e}", "pressure": "{pressure:.1e}", "shear": "{shear:.1e}",
+         "edge/h": "{contact_edge:.2f}", "stick/h": "{stick_edge:.2f}"},
+    ),
+    "P and Q vary": (
+        "half-width of what never slips",
+        {"phase": "{phase:g}", "nodes": "{nodes}", "half-planes": "{half_width:.3f}", "found": "{found:.3f}",
+         "apart/h": "{apart:.2f}"},
+    ),
+}  # fmt: skip
 
 
 def tables(rows: list[dict]) -> str:
-    fit = [row for row in rows if row["contact"] == "press fit"]
-    flat = [row for row in rows if row["contact"] == "cylinder on a flat"]
-    first = [
-        [str(row["nodes"]), f"{row['pressure']:.2e}", rate]
-        for row, rate in zip(fit, rates([row["pressure"] for row in fit]), strict=True)
-    ]
-    second = [
-        [
-            str(row["nodes"]), f"{row['peak']:.1e}", f"{row['pressure']:.1e}", pressure_rate,
-            f"{row['shear']:.1e}", shear_rate, f"{row['contact_edge']:.2f}", f"{row['stick_edge']:.2f}",
-        ]
-        for row, pressure_rate, shear_rate in zip(
-            flat, rates([row["pressure"] for row in flat]), rates([row["shear"] for row in flat]), strict=True
-        )
-    ]  # fmt: skip
-    varied = [
-        [
-            f"{row['phase']:g}",
-            str(row["nodes"]),
-            f"{row['half_width']:.3f}",
-            f"{row['found']:.3f}",
-            f"{row['apart']:.2f}",
-        ]
-        for row in rows
-        if row["contact"] == "P and Q vary"
-    ]
-    heads = ["nodes", "peak", "pressure", "order", "shear", "order", "edge/h", "stick/h"]
-    return (
-        "press fit, pressure against Lamé (largest relative error)\n"
-        + table(["nodes", "error", "order"], first)
-        + "\n\ncylinder on a flat: relative errors (peak, mean pressure, mean shear); edges in elements\n"
-        + table(heads, second)
-        + "\n\nP and Q vary: half-width of what never slips\n"
-        + table(["phase", "nodes", "half-planes", "found", "apart/h"], varied)
-    )
-
-
-def figures(rows: list[dict]) -> dict[str, Figure]:
-    figure = Figure(figsize=(6.5, 4), layout="constrained")
-    axes = figure.subplots()
-    shown = (
-        ("press fit", "pressure", "press fit, pressure (Lamé)"),
-        ("cylinder on a flat", "pressure", "cylinder, pressure (Hertz)"),
-        ("cylinder on a flat", "shear", "cylinder, shear (Cattaneo, Mindlin)"),
-    )
-    for contact, key, label in shown:
-        mine = sorted((row["refinement"], row[key]) for row in rows if row["contact"] == contact)
-        if mine:
-            axes.loglog(*zip(*mine, strict=True), "o-", ms=4, label=label)
-    axes.set(xlabel="elements multiplied by", ylabel="relative error")
-    axes.set_xticks(sorted({row["refinement"] for row in rows}), minor=False)
-    axes.xaxis.set_major_formatter(ScalarFormatter())
-    axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.legend(fontsize=8)
-    axes.grid(alpha=0.3, which="both")
-    return {"classical-contacts": figure}
+    parts = []
+    for contact, (words, columns) in TABLES.items():
+        mine = [row for row in rows if row["contact"] == contact]
+        parts.append(f"{contact}: {words}\n{listed(mine, columns)}")
+    return "\n\n".join(parts)

@@ -7,19 +7,18 @@
   against what the path dissipates
 - ``rule``: a block on a floor, where slip and pressure are coupled: Masing's rule on the first loading,
   and Gauss-Seidel at fixed load steps, against the exact curve
-- ``cost``: 20 amplitudes of a block with 100 contact nodes
 """
 
 import time
 from dataclasses import replace
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import shakedown
 from benchmarks.bodies.patch_compliance import mean_half_space_compliance
 from benchmarks.bodies.sphere import disc_patches, sphere_contact, sphere_on_flat
+from benchmarks.display import curve, listed, panels
 from shakedown import LoadCase, Problem, conjugate_displacement, damping
 from shakedown.fem import (
     ElasticBody,
@@ -31,9 +30,8 @@ from shakedown.fem import (
 )
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.motion.evolution import evolve
-from shakedown.report.facts import table
 
-TITLE = "Damping over amplitude: closed forms, Masing's rule, fixed steps, cost"
+TITLE = "Damping over amplitude: closed forms, Masing's rule, fixed steps"
 STEPS = 12
 KINDS = {
     "plane": (3, 1, 3.0),
@@ -50,15 +48,14 @@ def cases(short: bool) -> list[dict]:
     rows += [{"part": "bar", "n": n} for n in ((10, 20) if short else (10, 20, 40, 80, 160))]
     rows += [{"part": "sphere", "n": rings} for rings in ((2, 3) if short else (3, 5, 8))]
     rows += [{"part": "betti", "kind": kind, "n": 3 if short else 50} for kind in KINDS]
-    rows += [{"part": "rule", "n": 8 if short else 24}]
-    return [*rows, {"part": "cost", "n": 20 if short else 99}]
+    return [*rows, {"part": "rule", "n": 8 if short else 24}]
 
 
 def measure(case: dict) -> dict:
-    began = time.perf_counter(), time.process_time()
-    found = {"row": _row, "bar": _bar, "sphere": _sphere, "betti": _betti, "rule": _rule, "cost": _cost}
+    began = time.process_time()
+    found = {"row": _row, "bar": _bar, "sphere": _sphere, "betti": _betti, "rule": _rule}
     row = found[case["part"]](case)
-    return row | {"seconds": time.perf_counter() - began[0], "cpu": time.process_time() - began[1]}
+    return row | {"seconds": time.process_time() - began}
 
 
 def _row(case: dict) -> dict:
@@ -71,9 +68,9 @@ def _row(case: dict) -> dict:
         q_w=np.outer([-1.0, 1.0], k / total), load_reactions=[np.append(-k / total, np.zeros(n))],
         load_history=[[1.0], [-1.0]], load_compliance=[[1 / total]],
     )  # fmt: skip
-    curve = damping(joint, ground * X + np.minimum(k * X[:, None], limits).sum(axis=1))
+    loops = damping(joint, ground * X + np.minimum(k * X[:, None], limits).sum(axis=1))
     exact = (4 * limits * np.maximum(X[:, None] - limits / k, 0)).sum(axis=1)
-    return {"errors": [_apart(curve.displacement, X), _apart(curve.dissipation, exact)]}
+    return {"errors": [_apart(loops.displacement, X), _apart(loops.dissipation, exact)]}
 
 
 def _bar(case: dict) -> dict:
@@ -88,11 +85,9 @@ def _bar(case: dict) -> dict:
         load_compliance=[[0.0]],
     )  # fmt: skip
     F = np.linspace(0.1137, 0.8911, 17)  # no whole numbers of elements
-    curve = damping(joint, F)
-    slips = curve.dissipation > 0
-    power = np.polyfit(np.log(F[slips]), np.log(curve.dissipation[slips]), 1)[0]
-    errors = [_rms(curve.displacement, F**2 / 2), _rms(curve.dissipation, 2 * F**3 / 3)]
-    return {"errors": errors, "power": float(power)}
+    loops = damping(joint, F)
+    errors = [_rms(loops.displacement, F**2 / 2), _rms(loops.dissipation, 2 * F**3 / 3)]
+    return {"errors": errors}
 
 
 def _sphere(case: dict) -> dict:
@@ -108,9 +103,9 @@ def _sphere(case: dict) -> dict:
         load_history=f * np.array([[0.0], [1.0], [0.0], [-1.0]]),
     )  # fmt: skip
     T = np.array([0.3, 0.45, 0.6, 0.75, 0.9])
-    curve, contact = damping(known, T), sphere_contact(f, 0.0)
+    loops, contact = damping(known, T), sphere_contact(f, 0.0)
     exact = [[law(f * t) for t in T] for law in (contact.displacement, contact.dissipation)]
-    found = curve.displacement, curve.dissipation
+    found = loops.displacement, loops.dissipation
     errors = [_rms(one, np.array(other)) for one, other in zip(found, exact, strict=True)]
     return {"patches": joint.n, "errors": errors}
 
@@ -157,11 +152,11 @@ def block(elements: int, steps: int) -> Problem:
 
 
 def _rule(case: dict) -> dict:
-    """Exact curve; Masing's rule on the first loading; fixed load steps, their error and time."""
+    """Exact loops; Masing's rule on the first loading; fixed load steps, their error and time."""
     joint = block(case["n"], 4)
     began = time.process_time()
-    curve = damping(joint, REACHES, load=1, from_zero=True).from_zero
-    assert curve is not None
+    loops = damping(joint, REACHES, load=1, from_zero=True).from_zero
+    assert loops is not None
     exact_seconds = (time.process_time() - began) / (2 * len(REACHES))
     steps = []
     for parts in PARTS:
@@ -172,8 +167,8 @@ def _rule(case: dict) -> dict:
         steps.append({"parts": parts, "seconds": seconds, "dissipation": found})
     return {
         "amplitudes": list(REACHES),
-        "exact": curve.dissipation.tolist(),
-        "loss": curve.loss_factor.tolist(),
+        "exact": loops.dissipation.tolist(),
+        "loss": loops.loss_factor.tolist(),
         "exact_seconds": exact_seconds,
         "masing": [_masing(joint, amplitude) for amplitude in REACHES],
         "steps": steps,
@@ -192,17 +187,6 @@ def _masing(joint: Problem, amplitude: float) -> float:
     moved, F = conjugate_displacement(joint, path)[rising, 1], 4.0 * amplitude * path.cycle[rising]
     X = moved - moved[0]
     return float(8 * (0.5 * (F[1:] + F[:-1]) * np.diff(X)).sum() - 4 * F[-1] * X[-1])
-
-
-def _cost(case: dict) -> dict:
-    joint = block(case["n"], 16)
-    began = time.perf_counter()
-    curve = damping(joint, np.linspace(0.08, 1.58, 20), load=1)
-    return {
-        "nodes": joint.n,
-        "curve": time.perf_counter() - began,
-        "damped": int((curve.dissipation > 0).sum()),
-    }
 
 
 def _apart(found: np.ndarray, exact: np.ndarray) -> float:
@@ -224,67 +208,52 @@ def of_part(rows: list[dict], part: str) -> list[dict]:
 
 
 def tables(rows: list[dict]) -> str:
-    lines = []
-    for row in rows:
-        if "errors" in row:
-            errors = [f"{error:.1e}" for error in row["errors"]]
-            lines.append([row["part"], str(row.get("kind", row["n"])), *errors, f"{row['seconds']:.1f}"])
+    errors = {
+        "part": "{part}", "kind": "{kind}", "n": "{n}", "displ.": "{errors[0]:.1e}",
+        "diss.": "{errors[1]:.1e}", "s": "{seconds:.1f}",
+    }  # fmt: skip
     text = "Relative errors of displacement and dissipation; of betti: largest and median of the areas\n"
-    text += table(["part", "n", "displ.", "diss.", "s"], lines)
+    text += listed([row for row in rows if "errors" in row], errors)
     for part in ("bar", "sphere"):
         if len(found := of_part(rows, part)) > 1:
             text += f"\n{part}: orders {order(found, 0):.2f} and {order(found, 1):.2f}"
-            text += f", D ~ F^{found[-1]['power']:.3f}" if part == "bar" else ""
     for row in of_part(rows, "rule"):
-        text += f"\n\nA block, departure from the exact dissipation\n{_departures(row)}"
-    for row in of_part(rows, "cost"):
-        text += f"\n\n{row['nodes']} nodes, 20 amplitudes ({row['damped']} damped): {row['curve']:.1f} s"
+        text += f"\n\nA block, dissipation by amplitude\n{listed(_departures(row), DEPARTURES)}"
+        text += f"\nexact: {row['exact_seconds']:.2g} s each; "
+        text += ", ".join(f"{step['parts']} steps: {step['seconds']:.2g} s" for step in row["steps"])
     return text
 
 
-def _departures(row: dict) -> str:
-    steps, exact = row["steps"], row["exact"]
-    heads = ["amplitude", "exact D", "η", "Masing", *(f"{step['parts']} steps" for step in steps)]
-    body = [
-        [f"{a:g}", f"{exact[k]:.4g}", f"{row['loss'][k]:.3f}", _percent(row["masing"][k], exact[k]),
-         *(_percent(step["dissipation"][k], exact[k]) for step in steps)]
-        for k, a in enumerate(row["amplitudes"])
-    ]  # fmt: skip
-    times = [f"{seconds:.2g}" for seconds in (row["exact_seconds"], *(s["seconds"] for s in steps))]
-    return table(heads, [*body, ["s each", times[0], "", "", *times[1:]]])
+DEPARTURES = {"amplitude": "{amplitude:g}", "exact D": "{exact:.4g}", "η": "{loss:.3f}"} | {
+    name: f"{{{name}:+.1%}}" for name in ("Masing", *(f"{parts} steps" for parts in PARTS))
+}
 
 
-def _percent(found: float, exact: float) -> str:
-    return f"{100 * (found / exact - 1):+.1f} %" if exact else "-"
+def _departures(row: dict) -> list[dict]:
+    """Of Masing's rule and of fixed steps from the exact dissipation, where there is some."""
+    others = {"Masing": row["masing"]} | {f"{s['parts']} steps": s["dissipation"] for s in row["steps"]}
+    return [
+        {"amplitude": amplitude, "exact": exact, "loss": row["loss"][k]}
+        | {name: found[k] / exact - 1 if exact else None for name, found in others.items()}
+        for k, (amplitude, exact) in enumerate(zip(row["amplitudes"], row["exact"], strict=True))
+    ]
 
 
 def figures(rows: list[dict]) -> dict[str, Figure]:
-    figure = Figure(figsize=(9.0, 3.8), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = panels(2, 2, (4.5, 3.8))
     for part, mark in (("bar", "o"), ("sphere", "s")):
-        found = of_part(rows, part)
         for which, name in enumerate(("displacement", "dissipation")):
-            errors = [row["errors"][which] for row in found]
-            if errors:
-                left.loglog([row["n"] for row in found], errors, f"{mark}-", ms=4, label=f"{part}, {name}")
+            errors = [{"n": row["n"], "error": row["errors"][which]} for row in of_part(rows, part)]
+            curve(left, errors, "n", "error", f"{mark}-", label=f"{part}, {name}")
     left.set(xlabel="elements of the bar, rings of the sphere", ylabel="relative error")
     left.set_title("against closed forms")
     for row in of_part(rows, "rule"):
-        _draw_departures(right, row)
-    right.set(xlabel="amplitude of the force", ylabel="relative error of dissipation")
+        for name in list(DEPARTURES)[3:]:
+            errors = [one | {name: abs(one[name])} for one in _departures(row) if one[name] is not None]
+            curve(right, errors, "amplitude", name, "k^:" if name == "Masing" else "o-", label=name)
+    right.set(xlabel="amplitude of the force", ylabel="relative error of dissipation", xscale="linear")
     right.set_title("a block on a floor")
     for axes in (left, right):
-        axes.grid(alpha=0.3, which="both")
-        if axes.get_legend_handles_labels()[0]:
+        if axes.get_lines():
             axes.legend(fontsize=8)
     return {"damping": figure}
-
-
-def _draw_departures(axes: Axes, row: dict) -> None:
-    """By how much rule and steps miss the dissipation, where there is some."""
-    a, exact = np.array(row["amplitudes"]), np.array(row["exact"])
-    damped = exact > 0
-    lines = [("k^:", "Masing's rule", row["masing"])]
-    lines += [("o-", f"{step['parts']} load steps", step["dissipation"]) for step in row["steps"]]
-    for look, name, found in lines:
-        axes.semilogy(a[damped], np.abs(np.array(found)[damped] / exact[damped] - 1), look, ms=4, label=name)

@@ -180,7 +180,7 @@ def by_highs(problem: Problem) -> Answer:
     """HiGHS as it comes, through highspy, on the data as they are."""
     solver = highs_model(*upper_program(constraints(problem)))
     solver.run()
-    return _answer(solver.getModelStatus().name, -solver.getObjectiveValue())
+    return _answer(solver.getModelStatus().name, solver.getObjectiveValue())
 
 
 def by_scipy(problem: Problem) -> Answer:

@@ -10,11 +10,9 @@ their first order. On a quiet core all of it takes some ten minutes.
 """
 
 import subprocess
-import tempfile
 import time
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -123,10 +121,12 @@ def _steps(case: dict) -> dict:
         "slipping": float((problem.law.size(done.slip) > 0).sum(axis=1).mean()),
         "open": float((done.w > 0).sum(axis=1).mean()),
     }
-    found = _siconos(case, problem, W, free)
-    if found is None:
+    how = {"solver": case["method"], "tolerance": case["tolerance"], "iterations": MOST[case["method"]]}
+    try:
+        found = siconos_peer.solved(W, free, problem.f, np.zeros(0), budget=BUDGET, timeout=LONGEST, **how)
+    except (subprocess.TimeoutExpired, subprocess.CalledProcessError):
         return count | {"ms": -1.0, "residual": -1.0, "failures": len(free)}
-    seconds, r = found
+    seconds, r = float(found.seconds.mean()), found.r
     residuals = [friction_residual(W, b, problem.f, each) for b, each in zip(free[: len(r)], r, strict=True)]
     failed = sum(not missed <= max(100 * case["tolerance"], 1e-8) for missed in residuals)
     finite = [missed for missed in residuals if np.isfinite(missed)]
@@ -136,34 +136,13 @@ def _steps(case: dict) -> dict:
 def _compliances(problem: Problem, start: _Begun, done: Steps) -> tuple[FloatArray, FloatArray]:
     """W (3n, 3n) and free displacements (k, 3n), normal first at every node, in units of the scales."""
     n, k, size = problem.n, len(done.v), scales(problem, 1.0)
-    order = np.column_stack([2 * n + np.arange(n), np.arange(0, 2 * n, 2), np.arange(1, 2 * n, 2)]).ravel()
-    W = np.linalg.inv(problem.kappa)
-    W = 0.5 * (W + W.T)
+    W, order = siconos_peer.compliance(problem, size)
     before = np.vstack([start.v, done.v[:-1]])
-    free = -np.hstack([problem.q_w, problem.p_w])[:k] @ W
+    free = -(np.hstack([problem.q_w, problem.p_w])[:k, order] / size.force) @ W
     # slip in the step counts from where a node touches
-    free[:, : 2 * n] -= np.where(np.repeat(done.w > 0, 2, axis=1), before, done.v - done.slip)
-    return W[np.ix_(order, order)] * (size.force / size.length), free[:, order] / size.length
-
-
-def _siconos(
-    case: dict, problem: Problem, W: FloatArray, free: FloatArray
-) -> tuple[float, FloatArray] | None:
-    """Mean processor time of a step [s], and reactions of all; None where it takes too long or breaks off."""
-    with tempfile.TemporaryDirectory() as folder:
-        source, target = Path(folder) / "in.npz", Path(folder) / "out.npz"
-        how = {"solver": case["method"], "tolerance": case["tolerance"]}
-        np.savez(source, M=W, free=free, f=problem.f, iterations=MOST[case["method"]], budget=BUDGET, **how)
-        script = Path(__file__).with_name("siconos_space_steps.py")
-        try:
-            subprocess.run(
-                [siconos_peer.SYSTEM_PYTHON, script, source, target], check=True, capture_output=True,
-                timeout=LONGEST,
-            )  # fmt: skip
-        except (subprocess.TimeoutExpired, subprocess.CalledProcessError):
-            return None
-        with np.load(target) as out:
-            return float(out["seconds"].mean()), out["r"]
+    touched = np.where(np.repeat(done.w > 0, 2, axis=1), before, done.v - done.slip) / size.length
+    free[:, order < 2 * n] -= touched[:, order[order < 2 * n]]
+    return W, free
 
 
 def _events(name: str, accuracy: float) -> Evolution:
