@@ -57,7 +57,6 @@ def contact_problem(
     steps: int | None = None,
     name: str = "",
     units: str = "",
-    announce: Callable[[str], None] | None = None,
 ) -> Problem:
     """The problem of a body on a rigid obstacle, or on a second body.
 
@@ -101,8 +100,6 @@ def contact_problem(
         ``warnings`` of the problem says so: the period closes by itself.
     name, units
         As in :class:`shakedown.Problem`.
-    announce
-        Is told, before it begins, what the condensation of a large solid will take (``print``, say).
 
     Raises
     ------
@@ -120,7 +117,7 @@ def contact_problem(
     (8, 5)
     """
     f, gap = real_array("f", f), gap if callable(gap) else real_array("gap", gap)
-    joint = _Joint(body, boundary, against, bolts, coupling, reach, tangent, announce)
+    joint = _Joint(body, boundary, against, bolts, coupling, reach, tangent)
     cases, closing = without_closing(joint.cases(steps, modal), steps)
     frame = joint.reduced.frame
     plane = frame.directions == 1
@@ -171,10 +168,9 @@ def contact_condensation(
     reach: float | None = None,
     bolts: Sequence[Bolt] = (),
     tangent: ArrayLike | None = None,
-    announce: Callable[[str], None] | None = None,
 ) -> Condensation:
     """The condensed stiffness alone, with its evidence (rigid motions, residual)."""
-    return _Joint(body, boundary, against, bolts, coupling, reach, tangent, announce).reduced
+    return _Joint(body, boundary, against, bolts, coupling, reach, tangent).reduced
 
 
 @checked
@@ -244,7 +240,6 @@ class _Joint:
         coupling: str,
         reach: float | None,
         tangent: ArrayLike | None = None,
-        announce: Callable[[str], None] | None = None,
     ) -> None:
         self.bodies = [body] if against is None else [body, against[0]]
         if against is not None and against[0].dimension != body.dimension:
@@ -297,7 +292,6 @@ class _Joint:
             coupling=self.coupling,
             middle_nodes=self.middle_nodes,
             places=places if body.dimension == 3 else None,
-            announce=announce,
         )
 
     @property

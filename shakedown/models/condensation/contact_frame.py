@@ -409,42 +409,31 @@ def with_guides(
 
 
 def out_of_plane_notes(
-    frame: ContactFrame,
-    table: NDArray[np.intp],
-    held: NDArray[np.bool_],
-    axes: tuple[int, int],
-    may_move: bool,
+    frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_], axes: tuple[int, int]
 ) -> tuple[str, ...]:
-    """Notes on contact nodes of a plane problem that have a third direction, across the plane.
+    """A note on contact nodes of a plane problem that are held in a third direction, across the plane.
 
     Raises
     ------
     ProblemError
-        If such a node can move there, and that is not allowed (``may_move``).
+        If such a node can move there: friction acts along one tangent only.
     """
     if frame.directions > 1:
         return ()
     across = np.isin(table[:, 0], frame.labels) & (table[:, 1] <= 3) & ~np.isin(table[:, 1], axes)
-    free = across & ~held
-    if free.any() and not may_move:
+    if (free := across & ~held).any():
         node, direction = table[np.argmax(free)]
         raise ProblemError(
             f"contact: expected one tangential direction per node, found node {node} free in direction "
             f"{direction} too; ask for friction in both directions (normals of three components; in an "
-            "import directions = 2), hold it (fixed), or let it move without friction (free_out_of_plane)"
+            "import directions = 2), or hold every contact node there (fixed)"
         )
     across &= table[:, 1] >= 1
     if not across.any():
         return ()
-    what = "moves without friction" if (across & free).any() else "is held"
-    return (friction_left_out(int(table[np.argmax(across), 1]), what),)
-
-
-def friction_left_out(direction: int, what: str) -> str:
-    """A note on the one direction of contact nodes in which no friction acts."""
     return (
-        f"direction {direction} of the contact nodes {what}: friction across the plane of slip and normal is "
-        "left out"
+        f"direction {table[np.argmax(across), 1]} of the contact nodes is held: friction across the plane of "
+        "slip and normal is left out",
     )
 
 

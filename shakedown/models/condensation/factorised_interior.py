@@ -7,7 +7,7 @@ eliminated: what remains at the end is their Schur complement, and no right-hand
 The order of elimination is a nested dissection by the positions of the nodes.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -294,34 +294,21 @@ def _add(target: FloatArray, part: FloatArray, places: NDArray[np.intp]) -> None
         target.T[place][places[k:]] += part[k:, k]
 
 
-MINUTE = 1e12  # multiplications of one core, about; in fewer, threads wait for each other
-WORTH_SAYING = MINUTE / 3
+MANY_OPERATIONS = 1e12  # multiplications; in fewer, threads wait for each other
 
 
-def announced(plan: FrontElimination, announce: Callable[[str], None] | None) -> None:
-    """Say what the elimination takes, if it takes long.
-
-    Raises
-    ------
-    ProblemError
-        If it takes more memory than the machine has.
-    """
+def check_memory(plan: FrontElimination) -> None:
+    """Raise ``ProblemError`` if an elimination takes more memory than the machine has."""
     kept = len(plan.order) - plan.count
     # matrices of the size of κ held at one time by the problem and the bounds
-    needed = plan.memory + 8 * 8 * float(kept) ** 2
-    what = (
-        f"condensing {plan.count} rows to {kept // 3} contact nodes takes about {needed / 2**30:.2g} GiB of "
-        f"memory and {plan.operations / MINUTE:.2g} minutes of one core"
-    )
-    there = memory()
+    needed, there = plan.memory + 8 * 8 * float(kept) ** 2, memory()
     # share of the machine's memory that may be used
     if needed > 0.9 * there:
         raise ProblemError(
-            f"K: expected a model that fits into {there / 2**30:.3g} GiB of memory, found that {what}; take "
+            f"K: expected a model that fits into {there / 2**30:.3g} GiB of memory, found that condensing "
+            f"{plan.count} rows to {kept // 3} contact nodes takes about {needed / 2**30:.2g} GiB; take "
             "fewer contact nodes or a coarser mesh"
         )
-    if announce is not None and plan.operations > WORTH_SAYING:
-        announce(what)
 
 
 _COLUMNS = 64  # right-hand sides solved at a time, which limits the dense workspace to 64 vectors
@@ -451,11 +438,8 @@ def interior_of(
     held: NDArray[np.bool_],
     guided: NDArray[np.bool_],
     places: Places | None = None,
-    announce: Callable[[str], None] | None = None,
 ) -> Interior:
     """Split a model into contact, interior and held rows and factorise its interior.
-
-    ``announce`` is told beforehand what a large one will take.
 
     Raises
     ------
@@ -469,7 +453,7 @@ def interior_of(
     free = rest[~held[rest]]
     own, lu = dofs[free], None
     if frame.directions > 1 and len(own) >= _LARGE:
-        lu = _by_fronts(matrix, sparse.hstack([T_i, T_c], format="csr"), own, places, announce)
+        lu = _by_fronts(matrix, sparse.hstack([T_i, T_c], format="csr"), own, places)
     if lu is None:
         lu = _factorised((T_i.T @ matrix @ T_i).tocsc(), own, places)
     return Interior(matrix, T_c, T_i, T_h, free, rest[held[rest]], lu)
@@ -480,7 +464,6 @@ def _by_fronts(
     T: sparse.csr_array,
     dofs: NDArray[np.intp],
     places: Places | None,
-    announce: Callable[[str], None] | None,
 ) -> FrontFactors | None:
     """Factors of the interior, the first rows of Tᵀ K T.
 
@@ -495,9 +478,9 @@ def _by_fronts(
     pieces = dissection(graph, known)
     unknowns = np.split(np.argsort(index, kind="stable"), np.cumsum(np.bincount(index))[:-1])
     plan = elimination(K, pieces, unknowns)
-    announced(plan, announce)
+    check_memory(plan)
     try:
-        with threads_of_blas(all_cores() if plan.operations > MINUTE else 1):
+        with threads_of_blas(all_cores() if plan.operations > MANY_OPERATIONS else 1):
             factors = factorised(K, plan)
     except LinAlgError:
         return None

@@ -425,8 +425,6 @@ def surface_coupling(
     master: ContactSurface,
     *,
     reach: float | None = None,
-    uncovered: float | None = None,
-    finer: bool = False,
     revolved: bool = False,
 ) -> SurfaceCoupling:
     """Couple two surfaces by the dual mortar method (docs/mortar.md).
@@ -437,10 +435,6 @@ def surface_coupling(
         The surfaces of the first and the second body. Results are at the nodes of the first.
     reach
         Largest distance of facets that meet, by default a quarter of a facet of the slave [length].
-    uncovered
-        Share of the slave's area that may lie beside the master without a warning, by default 0.02.
-    finer
-        Whether the slave may have the finer facets without a warning.
     revolved
         Whether the facets are edges of bodies of revolution about the axis x = 0.
 
@@ -471,14 +465,12 @@ def surface_coupling(
         )
     if reach is not None and not 0 < reach < np.inf:
         raise ProblemError(f"reach: expected a length > 0, found {reach:g}")
-    if uncovered is not None and not 0 <= uncovered <= 1:
-        raise ProblemError(f"uncovered: expected a share from 0 to 1, found {uncovered:g}")
     longest = REACH * slave.size if reach is None else reach
     found = dual_basis(slave, master, facet_pairs(slave, master, longest), longest, revolved=revolved)
     if found is not None and not len(found.nodes):
         raise ProblemError(
             "surfaces: expected facets of the first with a part of the second below every node, found at "
-            f"most {100 * found.found.max():.2g} % of one covered; name the second first, with finer = true"
+            f"most {100 * found.found.max():.2g} % of one covered; name the second first"
         )
     if found is None:
         raise ProblemError(_nothing(slave, master, longest))
@@ -489,7 +481,7 @@ def surface_coupling(
             f"slave's facet {worst} below them: do they lie in two layers? (a smaller 'reach')"
         )
     made = _coupling(slave, master, found, longest)
-    return replace(made, warnings=tuple(_warnings(made, 0.02 if uncovered is None else uncovered, finer)))
+    return replace(made, warnings=tuple(_warnings(made)))
 
 
 def _coupling(
@@ -563,26 +555,23 @@ def _nothing(slave: ContactSurface, master: ContactSurface, reach: float) -> str
     return f"surfaces: expected facets that lie on each other within 'reach' = {reach:.3g}, found {found}"
 
 
-def _warnings(made: SurfaceCoupling, accepted: float, finer: bool) -> Iterator[str]:
-    """Warnings about the coupling, of which a share of the area may be without a partner."""
+def _warnings(made: SurfaceCoupling) -> Iterator[str]:
+    """Warnings about the coupling."""
     partly = 0.5  # share of a surface beside the other, beyond which its nodes are no place for results
     (without, part_beside), extent = 1 - made.share, "area" if made.normals.shape[1] == 3 else "length"
-    if without > accepted + NEGLIGIBLE:
+    if without > 0.02 + NEGLIGIBLE:  # so much of an edge of a curved surface is beside its chords
         more = f", {len(made.uncovered)} node(s), first {made.uncovered[0]}" if made.uncovered.size else ""
         on_part = ""
         if without > partly > part_beside:
             on_part = ", or name the second, which lies on a part of it, first"
         yield (
             f"{100 * without:.2g} % of the {extent} of the first surface lies beside the second or too far "
-            f"from it{more}, and carries nothing: 'uncovered' accepts it, 'reach' is {made.reach:.3g}"
-            f"{on_part}"
+            f"from it{more}, and carries nothing: 'reach' is {made.reach:.3g}{on_part}"
         )
-    if made.finer < 0.67 and not finer:  # λ_E and λ_U are lower then
-        advice = "name the coarser first, or"
-        if part_beside > partly:
-            advice = "most of the second lies beside it:"
+    if made.finer < 0.67:  # λ_E and λ_U are lower then
+        advice = "most of the second lies beside it" if part_beside > partly else "name the coarser first"
         yield (
             f"the first surface has the finer facets ({made.finer:.2g} of the size): what is proved "
             "from given or every initial slip is less than with the surfaces the other way round; "
-            f"{advice} say finer = true"
+            f"{advice}"
         )

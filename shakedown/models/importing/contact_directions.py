@@ -55,7 +55,7 @@ def contact_directions(
 
     There are two directions of slip where the configuration says so (``directions = 2``, ``tangent``,
     ``tangents``) or the normals do not lie in the plane of x and y; there is one where it says so
-    (``directions = 1``, ``axes``, ``free_out_of_plane``), or where one is assumed.
+    (``directions = 1``, ``axes``), or where one is assumed.
 
     Parameters
     ----------
@@ -121,16 +121,15 @@ def _axes(table: TomlTable, mesh: Mesh) -> Axes | None:
     if mesh.axisymmetric:
         _check_axisymmetric(table, axes or list(PLANE), number, mesh)
         return PLANE
-    flat = [key for key in ("axes", "free_out_of_plane") if (key == "axes" and axes) or table.has(key)]
     tangents = [key for key in ("tangent", "tangents") if table.has(key)]
-    if flat and (number == 2 or tangents):
+    if axes and (number == 2 or tangents):
         other = f"'{tangents[0]}'" if tangents else "directions = 2"
-        raise table.wrong(flat[0], "of a plane problem only", f"it beside {other}")
+        raise table.wrong("axes", "of a plane problem only", f"it beside {other}")
     if number == 2 or (tangents and number is None):
         return SPACE
     if tangents:
         raise table.wrong(tangents[0], "beside directions = 2 only", "directions = 1")
-    return tuple(axes or PLANE) if flat or number == 1 else None
+    return tuple(axes or PLANE) if axes or number == 1 else None
 
 
 def _check_axisymmetric(table: TomlTable, axes: list[int], number: int | None, mesh: Mesh) -> None:

@@ -37,8 +37,6 @@ class ContactSection(ContactDirections):
     ----------
     labels : (n,) or (n, 2)
         Contact nodes, or pairs (node of the first body, node of the second).
-    free_out_of_plane : bool
-        Whether a third direction moves without friction.
     tied : (n,) or None
         The node tied to each contact node, for reactions.
     x : (n,) or (n, 2) or (n, 3) or None
@@ -66,7 +64,6 @@ class ContactSection(ContactDirections):
     """
 
     labels: NDArray[np.intp]
-    free_out_of_plane: bool
     tied: NDArray[np.intp] | None
     x: FloatArray | None
     coordinates: FloatArray | None
@@ -180,7 +177,6 @@ def contact_section(
     contact = ContactSection(
         **{**vars(found), "surface": found.surface or surface},
         labels=labels,
-        free_out_of_plane=table.flag("free_out_of_plane"),
         tied=_array(table, "tied", int, (None,)),
         x=_array(table, "x", float, (None,) if len(found.axes) == 2 else (None, 2)),
         coordinates=mesh.at(first) if mesh.is_known else None,
@@ -259,11 +255,10 @@ def coupled_surfaces(table: TomlTable, mesh: Mesh) -> tuple[SurfaceCoupling | No
         If other keys contradict it, a surface is unknown or has no faces, or the two cannot be coupled.
     """
     names = table.take("surfaces", "two names, of the first body and of the second", fits=_are_two_names)
-    settings = {"reach": table.number("reach"), "uncovered": table.number("uncovered")}
-    finer, where = table.flag("finer"), table.at("surfaces")
+    reach, where = table.number("reach"), table.at("surfaces")
     if names is None:
-        if finer or any(value is not None for value in settings.values()):
-            raise table.missing("surfaces", "beside 'reach', 'uncovered' and 'finer'")
+        if reach is not None:
+            raise table.missing("surfaces", "beside 'reach'")
         return None, None
     # keys that do not stand beside it
     if others := [key for key in ("nodes", "pairs", "surface", "tied") if table.has(key)]:
@@ -272,7 +267,7 @@ def coupled_surfaces(table: TomlTable, mesh: Mesh) -> tuple[SurfaceCoupling | No
         raise unfit(where, "[model] with a deck that has elements", "none")
     slave, master = (_surface(mesh, name, where) for name in names)
     with found_in(where):
-        found = surface_coupling(slave, master, **settings, finer=finer, revolved=mesh.axisymmetric)
+        found = surface_coupling(slave, master, reach=reach, revolved=mesh.axisymmetric)
     key = names[0].strip().upper()
     return found, key if key in mesh.surfaces else None
 

@@ -37,11 +37,8 @@ def contact_of(
             raise table.missing("name", "what each of several patches is called")
         if part.name in {other.name for other in parts[:k]}:
             raise table.unfit("another name", f"{quoted(part.name)} twice")
-        # keys that are about the whole model
-        for key in ("axes", "free_out_of_plane"):
-            one, other = getattr(parts[0], key), getattr(part, key)
-            if one != other:
-                raise table.wrong(key, f"{shown(one)}, as of {quoted(parts[0].name)}", shown(other))
+        if part.axes != (axes := parts[0].axes):  # they are about the whole model
+            raise table.wrong("axes", f"{shown(axes)}, as of {quoted(parts[0].name)}", shown(part.axes))
     _check_apart(parts, [table.where for table in tables])
     return _joined(parts)
 

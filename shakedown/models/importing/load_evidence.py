@@ -154,27 +154,20 @@ def load_doubts(
     loads: Sequence[LoadSection], names: Sequence[str], welded: Sequence[WeldedCase], stiffness: FloatArray
 ) -> Iterator[str]:
     """Warnings about single loads, and about all of them together, on a model with κ."""
-    factors = histories([load.case for load in loads])
-    steps, stiff = len(factors.period), float(np.abs(stiffness).max())
-    noise = MEAN_ROUND_OFF * np.maximum(np.abs(factors.period).max(axis=0), np.abs(factors.means))
-    still = np.abs(factors.period - factors.means).max(axis=0) <= noise
-    for k, (load, name) in enumerate(zip(loads, names, strict=True)):
-        case, factor = load.case, factors.period[:, k]
+    factors, stiff = histories([load.case for load in loads]), float(np.abs(stiffness).max())
+    for load, name, each in zip(loads, names, welded, strict=True):
+        case = load.case
         yield from (f"load {quoted(name)}: {doubt}" for doubt in load.doubts)
-        if still[k] and (case.history is None or case.history.ndim):
-            value = "0" if not factor.any() else f"{factor[0]:.4g}"
-            still_at = f"its factor is {value} at every one of {steps} load step(s)"
-            yield f"load {quoted(name)} does not vary: {still_at}"
         sizes = [(case.force, 1.0), (case.reactions, 1.0), (case.displacement, stiff), (case.opened, stiff)]
-        size = max(each * np.abs(part).max(initial=0.0) for part, each in sizes if part is not None)
-        if size == 0 and case.displacement is None:  # a displacement of zero holds its rows
-            yield f"load {quoted(name)} is zero: it has no effect"
-        elif np.abs(welded[k].reactions).max() <= NEGLIGIBLE * size and size > 0:  # round-off
+        size = max(scale * np.abs(part).max(initial=0.0) for part, scale in sizes if part is not None)
+        holds = size == 0 and case.displacement is not None  # a displacement of zero
+        if np.abs(each.reactions).max() <= NEGLIGIBLE * size and not holds:
             yield f"load {quoted(name)} reaches no contact node: the welded contact carries nothing of it"
-    if still.all():
+    noise = MEAN_ROUND_OFF * np.maximum(np.abs(factors.period).max(axis=0), np.abs(factors.means))
+    if (np.abs(factors.period - factors.means).max(axis=0) <= noise).all():
         yield (
-            f"no load varies over the {steps} load step(s): the periodic part is zero, and every load factor "
-            "leaves the joint as it is"
+            f"no load varies over the {len(factors.period)} load step(s): the periodic part is zero, and "
+            "every load factor leaves the joint as it is"
         )
 
 

@@ -292,7 +292,7 @@ def read_coordinates(path: str | os.PathLike[str]) -> Mesh:
     lines, name = read_lines(path), os.fspath(path)
     if heading := next((line for line in lines if re.match(r"\s*NODE\s+X\s+Y\s+Z\b", line)), None):
         rows = [line if line.strip()[:1].isdigit() else "" for line in lines]
-        table = number_table(rows, name, delimiter="space")
+        table = number_table(rows, name, marks=" ")
     else:
         table = number_table(lines, name)
     count = table.values.shape[1]

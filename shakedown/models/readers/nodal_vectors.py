@@ -155,7 +155,6 @@ HEADINGS: dict[What, re.Pattern[str]] = {
     "displacements": re.compile(_HEADING.format(r"displacements \(vx,vy,vz\)"), re.IGNORECASE),
 }
 LETTERS: dict[What, str] = {"reactions": "RF", "displacements": "U"}
-Order = Literal["node-by-node", "direction-by-direction"]
 
 
 class _Step(NamedTuple):
@@ -223,14 +222,13 @@ def unit_displacement_stiffness(
     nodes: NDArray[np.intp],
     *,
     axes: tuple[int, ...] = (1, 2),
-    order: Order = "node-by-node",
-    amplitude: float = 1.0,
     tied: NDArray[np.intp] | None = None,
 ) -> Stiffness:
     """The condensed stiffness from one static step per contact degree of freedom.
 
-    Each step moves one contact node by ``amplitude`` in one direction and holds
-    all others; its reactions are a column of the stiffness. Rigid motions of a
+    Each step moves one contact node by 1 in one direction and holds all others, in the order (node 1, x),
+    (node 1, y), (node 2, x) … or x of all nodes, then y: the one in which the stiffness is symmetric. Its
+    reactions are a column of the stiffness. Rigid motions of a
     body that is held by the contact alone come back exactly, in spite of the few
     digits that are printed.
 
@@ -242,11 +240,6 @@ def unit_displacement_stiffness(
         Contact nodes in the order in which they were moved.
     axes
         The two directions of the plane, or the three of space, in the order in which they were moved.
-    order
-        ``"node-by-node"``: (node 1, x), (node 1, y), (node 2, x) …;
-        ``"direction-by-direction"``: x of all nodes, then y.
-    amplitude
-        The displacement [length].
     tied : (n,), optional
         A node tied to each contact node by an equation: CalculiX prints the
         force on it apart, and the reaction of the contact node lacks it.
@@ -264,11 +257,8 @@ def unit_displacement_stiffness(
     if len(steps) != d * n:
         expected = f"{d * n} steps, {d} for each of {n} contact nodes ('directions' says how many)"
         raise unfit("unit displacements", expected, len(steps))
-    if order not in ("node-by-node", "direction-by-direction"):
-        raise unfit("order", "'node-by-node' or 'direction-by-direction'", f"'{order}'")
-    columns = np.array([step.at(nodes, axes, tied).ravel() for step in steps]).T / amplitude
-    by_direction = columns[:, np.arange(d * n).reshape(d, n).T.ravel()]
-    K, other = (columns, by_direction) if order == "node-by-node" else (by_direction, columns)
+    columns = np.array([step.at(nodes, axes, tied).ravel() for step in steps]).T
+    K = min(columns, columns[:, np.arange(d * n).reshape(d, n).T.ravel()], key=asymmetry)
     if np.diag(K).max() < 0:
         raise ProblemError(
             "unit displacements: expected reactions that point the way the node was moved (the force on the "
@@ -276,10 +266,8 @@ def unit_displacement_stiffness(
         )
     error = asymmetry(K)
     if error > DEFAULT.printed_digits:
-        hint = ""
-        if asymmetry(other) <= DEFAULT.printed_digits:
-            hint = "; it is symmetric if the steps go the other way (order)"
-        raise unfit("unit displacements", "a symmetric stiffness", f"an asymmetry of {error:.2g}{hint}")
+        found = f"an asymmetry of {error:.2g}, whether the steps go node by node or direction by direction"
+        raise unfit("unit displacements", "a symmetric stiffness", found)
     dofs = np.column_stack([np.repeat(nodes, d), np.tile(axes, n)]).astype(np.intp)
     return Stiffness(
         sparse.csr_array(_with_rigid_motions(0.5 * K + 0.5 * K.T)),

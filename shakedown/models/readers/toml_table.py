@@ -132,10 +132,6 @@ class TomlTable:
         found: int | None = self.take(key, "a whole number", fits=_is_whole)
         return found
 
-    def flag(self, key: str) -> bool:
-        """True or false, false where it is absent."""
-        return bool(self.take(key, "true or false", fits=lambda value: isinstance(value, bool)))
-
     def array(self, key: str, kind: type, shape: tuple[int | None, ...], *, required: bool = True) -> Any:
         """Nested lists of numbers of a shape, in which None stands for any length ≥ 1."""
         size = " x ".join("n" if s is None else str(s) for s in shape)

@@ -113,13 +113,11 @@ def test_what_can_move_is_named_as_before(monkeypatch):
         condensed_stiffness(sparse.csr_array(loose), dofs, [0], [0, 0, 1], places=ROW)
 
 
-def test_what_takes_long_is_said_and_what_takes_too_much_memory_refused(monkeypatch):
-    (K, dofs), said = chain_of(200), []
+def test_what_takes_too_much_memory_is_refused(monkeypatch):
+    K, dofs = chain_of(200)
     monkeypatch.setattr(factorised_interior, "_LARGE", 1)
-    monkeypatch.setattr(factorised_interior, "WORTH_SAYING", 0.0)
-    found = condensed_stiffness(K, dofs, [0], [0, 0, 1], places=ROW, announce=said.append)
+    found = condensed_stiffness(K, dofs, [0], [0, 0, 1], places=ROW)
     np.testing.assert_allclose(found.stiffness, (1 + 1 / 200) * np.eye(3), atol=1e-12)  # 2 − 199/200
-    assert said[0].startswith("condensing 597 rows to 1 contact nodes takes about")
     monkeypatch.setattr(factorised_interior, "memory", lambda: 1e4)
     with pytest.raises(
         ProblemError, match=r"K: expected a model that fits into .* GiB of memory, found that"
