@@ -28,23 +28,12 @@ from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.condensation.stiffness_checks import Places, loose_motion
 
 
-@dataclass(frozen=True, eq=False)
-class DissectionPiece:
-    """Nodes that are eliminated together, after the pieces on both sides that they separate.
-
-    Attributes
-    ----------
-    nodes : (k,)
-        Nodes, by number.
-    children
-        Positions of these pieces in the order of elimination.
-    """
-
-    nodes: IntArray
-    children: tuple[int, ...]
+Piece = tuple[IntArray, tuple[int, ...]]  # nodes eliminated together; the places of the pieces beneath it
+    IntArray, tuple[int, ...]
+]  # nodes eliminated together, and the places of pieces that they separate
 
 
-def dissection(graph: sparse.csr_array, where: FloatArray) -> list[DissectionPiece]:
+def dissection(graph: sparse.csr_array, where: FloatArray) -> list[Piece]:
     """Cut a graph in two again and again; every cut comes after both of its sides.
 
     Each part is cut across its longest side through the middle of its nodes. The cut is
@@ -61,10 +50,10 @@ def dissection(graph: sparse.csr_array, where: FloatArray) -> list[DissectionPie
     --------
     >>> chain = sparse.csr_array(np.eye(200, k=1) + np.eye(200, k=-1))
     >>> pieces = dissection(chain, np.arange(200.0)[:, None])
-    >>> [len(piece.nodes) for piece in pieces], pieces[-1].nodes
+    >>> [len(nodes) for nodes, _ in pieces], pieces[-1][0]
     ([48, 50, 1, 49, 50, 1, 1], array([99]))
     """
-    found: list[DissectionPiece] = []
+    found: list[Piece] = []
     mark = np.zeros(graph.shape[0], dtype=np.int8)
 
     def cut(nodes: IntArray) -> tuple[int, ...]:
@@ -92,15 +81,14 @@ def dissection(graph: sparse.csr_array, where: FloatArray) -> list[DissectionPie
         return side[(touching > 0) & (np.diff(rows.indptr) > 0)]
 
     def made(nodes: IntArray, children: tuple[int, ...]) -> int:
-        found.append(DissectionPiece(np.sort(nodes), children))
+        found.append((np.sort(nodes), children))
         return len(found) - 1
 
     cut(np.arange(graph.shape[0]))
     return found
 
 
-@dataclass(frozen=True, eq=False)
-class Front:
+class Front(NamedTuple):
     """One step of the elimination; unknowns are numbered in its order.
 
     Attributes
@@ -117,11 +105,6 @@ class Front:
     stop: int
     beyond: IntArray
     children: tuple[int, ...]
-
-    @property
-    def own(self) -> int:
-        """How many unknowns are eliminated."""
-        return self.stop - self.start
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,22 +126,19 @@ class FrontElimination:
     fronts: list[Front]
 
     @property
-    def operations(self) -> float:
-        """Multiplications of the factorisation, about."""
-        sizes = np.array([(f.own, len(f.beyond)) for f in self.fronts], dtype=float).reshape(-1, 2)
-        own, beyond = sizes.T
-        return float((own**3 / 3 + own**2 * beyond + own * beyond**2).sum())
+    def cost(self) -> tuple[float, float]:
+        """Multiplications of the factorisation, about, and the largest memory at one time [bytes].
 
-    @property
-    def memory(self) -> float:
-        """Largest memory at one time: factors, the fronts that wait, the one in work [bytes]."""
-        factors = waiting = most = 0.0
+        That are factors, the fronts that wait, and the one in work.
+        """
+        operations = factors = waiting = most = 0.0
         for front in self.fronts:
-            own, beyond = float(front.own), float(len(front.beyond))
+            own, beyond = float(front.stop - front.start), float(len(front.beyond))
+            operations += own**3 / 3 + own**2 * beyond + own * beyond**2
             factors += own * own + own * beyond
             most = max(most, factors + waiting + 2 * beyond * beyond)
             waiting += beyond * beyond - sum(len(self.fronts[child].beyond) ** 2 for child in front.children)
-        return 8 * (most + 2 * float(len(self.order) - self.count) ** 2)
+        return operations, 8 * (most + 2 * float(len(self.order) - self.count) ** 2)
 
 
 @dataclass(eq=False)
@@ -200,7 +180,7 @@ class FrontFactors:
 
 
 def elimination(
-    K: sparse.csr_array, pieces: Sequence[DissectionPiece], unknowns: Sequence[IntArray]
+    K: sparse.csr_array, pieces: Sequence[Piece], unknowns: Sequence[IntArray]
 ) -> FrontElimination:
     """Plan the elimination of all unknowns of the pieces; those of no piece are kept.
 
@@ -213,19 +193,18 @@ def elimination(
     unknowns
         The unknowns of every node.
     """
-    parts = [np.concatenate([unknowns[node] for node in piece.nodes.tolist()]) for piece in pieces]
+    parts = [np.concatenate([unknowns[node] for node in nodes.tolist()]) for nodes, _ in pieces]
     count = sum(map(len, parts))
     order = np.concatenate([*parts, np.arange(count, K.shape[0])])
     place = np.empty(len(order), dtype=np.intp)
     place[order] = np.arange(len(order))
     fronts: list[Front] = []
-    start = 0
-    for piece, part in zip(pieces, parts, strict=True):
-        stop = start + len(part)
-        coupled = [place[K[part].indices], *(fronts[child].beyond for child in piece.children)]
+    stop = 0
+    for (_, children), part in zip(pieces, parts, strict=True):
+        start, stop = stop, stop + len(part)
+        coupled = [place[K[part].indices], *(fronts[child].beyond for child in children)]
         later = np.unique(np.concatenate(coupled))
-        fronts.append(Front(start, stop, later[later >= stop], piece.children))
-        start = stop
+        fronts.append(Front(start, stop, later[later >= stop], children))
     return FrontElimination(order, count, fronts)
 
 
@@ -268,7 +247,7 @@ def _assembled(
 
     Of the square parts only the lower triangles count.
     """
-    own, size = front.own, len(front.beyond)
+    own, size = front.stop - front.start, len(front.beyond)
     corner, below = np.zeros((own, own), order="F"), np.zeros((size, own), order="F")
     rest = np.zeros((size, size), order="F")
     columns = K[:, front.start : front.stop].tocoo()
@@ -294,16 +273,12 @@ def _add(target: FloatArray, part: FloatArray, places: NDArray[np.intp]) -> None
         target.T[place][places[k:]] += part[k:, k]
 
 
-MANY_OPERATIONS = 1e12  # multiplications; in fewer, threads wait for each other
-
-
-def check_memory(plan: FrontElimination) -> None:
-    """Raise ``ProblemError`` if an elimination takes more memory than the machine has."""
+def check_memory(plan: FrontElimination, needed: float) -> None:
+    """Raise ``ProblemError`` if an elimination takes more memory [bytes] than the machine has."""
     kept = len(plan.order) - plan.count
-    # matrices of the size of κ held at one time by the problem and the bounds
-    needed, there = plan.memory + 8 * 8 * float(kept) ** 2, memory()
+    needed += 8 * 8 * float(kept) ** 2  # matrices like κ held at one time by the problem and the bounds
     # share of the machine's memory that may be used
-    if needed > 0.9 * there:
+    if needed > 0.9 * (there := memory()):
         raise ProblemError(
             f"K: expected a model that fits into {there / 2**30:.3g} GiB of memory, found that condensing "
             f"{plan.count} rows to {kept // 3} contact nodes takes about {needed / 2**30:.2g} GiB; take "
@@ -371,7 +346,7 @@ class Interior:
         the difference of κ from their reactions counts as well.
         """
         if isinstance(self.lu, FrontFactors):
-            return self.lu.schur, self._left_over(self.lu)
+            return self.lu.schur, self._sampled_residual(self.lu)
         K_cc = (self.T_c.T @ self.K @ self.T_c).toarray()
         if self.lu is None:
             return K_cc, 0.0
@@ -385,7 +360,7 @@ class Interior:
             K_cc[:, block] -= K_ic.T @ u
         return K_cc, residual / max(float(np.abs(K_cc).max()), np.finfo(float).tiny)
 
-    def _left_over(self, factors: FrontFactors) -> float:
+    def _sampled_residual(self, factors: FrontFactors) -> float:
         size = self.T_c.shape[1]
         chosen = np.unique(np.linspace(0, size - 1, min(_COLUMNS, size)).astype(int))
         moved = self.T_c[:, chosen]
@@ -471,31 +446,26 @@ def _by_fronts(
     """
     K, count = sparse.csr_array(T.T @ matrix @ T), len(dofs)
     nodes, index = np.unique(dofs[:, 0], return_inverse=True)
-    if (known := _known(nodes, places)) is None:
+    known = [] if places is None else [places.get(node) for node in nodes.tolist()]
+    there = [place for place in known if place is not None]
+    if 2 * len(there) < len(nodes):
         return None
+    middle = np.mean(there, axis=0)  # for the few others (rigid boundaries)
     of_node = sparse.csr_array((np.ones(count), (index, np.arange(count))))
     graph = sparse.csr_array(of_node @ abs(K[:count, :count]) @ of_node.T)
-    pieces = dissection(graph, known)
+    pieces = dissection(graph, np.array([middle if place is None else place for place in known], float))
     unknowns = np.split(np.argsort(index, kind="stable"), np.cumsum(np.bincount(index))[:-1])
     plan = elimination(K, pieces, unknowns)
-    check_memory(plan)
+    operations, needed = plan.cost
+    check_memory(plan, needed)
     try:
-        with threads_of_blas(all_cores() if plan.operations > MANY_OPERATIONS else 1):
+        # in fewer multiplications, threads wait for each other
+        with threads_of_blas(all_cores() if operations > 1e12 else 1):
             factors = factorised(K, plan)
     except LinAlgError:
         return None
     pivots = factors.pivots
     return None if pivots.min() < DEFAULT.singular_pivot * pivots.max() else factors
-
-
-def _known(nodes: NDArray[np.intp], places: Places | None) -> FloatArray | None:
-    """Positions of nodes, (k, 3), a few unknown ones (rigid boundaries) in the middle; None without most."""
-    found = [] if places is None else [places.get(node) for node in nodes.tolist()]
-    there = [place for place in found if place is not None]
-    if 2 * len(there) < len(nodes):
-        return None
-    middle = np.mean(there, axis=0)
-    return np.array([middle if place is None else place for place in found], dtype=float)
 
 
 def _factorised(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places | None) -> SuperLU | None:
@@ -509,8 +479,9 @@ def _factorised(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places |
         raise ProblemError(_loose(K_ii, dofs, places)) from None
     pivots = lu.U.diagonal()
     ratio = np.abs(pivots).min() / np.abs(pivots).max()
-    signs_count = _elastic(K_ii, dofs) and np.array_equal(lu.perm_r, lu.perm_c)
-    negative = (pivots < 0) & signs_count
+    # multipliers and pressures have pivots of either sign
+    elastic = (dofs[:, 0] > 0).all() and np.isin(dofs[:, 1], range(1, 7)).all() and K_ii.diagonal().all()
+    negative = (pivots < 0) & bool(elastic and np.array_equal(lu.perm_r, lu.perm_c))
     if negative.any() and np.abs(pivots[negative]).max() > DEFAULT.zero_mode * np.abs(pivots).max():
         raise ProblemError(
             f"K: expected an elastic interior, positive definite, found {negative.sum()} negative pivot(s) "
@@ -519,11 +490,6 @@ def _factorised(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places |
     if negative.any() or ratio < DEFAULT.singular_pivot:
         raise ProblemError(f"{_loose(K_ii, dofs, places)} (pivot ratio {ratio:.1e})")
     return lu
-
-
-def _elastic(K_ii: sparse.csc_array, dofs: NDArray[np.intp]) -> bool:
-    """Whether all rows are displacements; multipliers and pressures have pivots of either sign."""
-    return bool((dofs[:, 0] > 0).all() and np.isin(dofs[:, 1], range(1, 7)).all() and K_ii.diagonal().all())
 
 
 def _loose(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places | None) -> str:

@@ -50,14 +50,8 @@ def test_what_is_left_is_the_schur_complement(counts):
     np.testing.assert_allclose(ii @ found.solve(right), right, atol=1e-11)
     np.testing.assert_allclose(found.solve(right[:, 0]), found.solve(right)[:, 0], atol=1e-12)
     assert np.prod(found.pivots[:20]) > 0
-    nodes = np.sort(np.concatenate([piece.nodes for piece in pieces]))
+    nodes = np.sort(np.concatenate([own for own, _ in pieces]))
     np.testing.assert_array_equal(nodes, np.arange(len(ii)))
-
-
-def _below(pieces, number):
-    return np.concatenate(
-        [pieces[number].nodes, *(_below(pieces, child) for child in pieces[number].children)]
-    )
 
 
 def test_an_indefinite_matrix_is_not_factorised():
