@@ -27,10 +27,7 @@ from shakedown.models.condensation.contact_frame import ContactFrame
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.condensation.stiffness_checks import Places, loose_motion
 
-
 Piece = tuple[IntArray, tuple[int, ...]]  # nodes eliminated together; the places of the pieces beneath it
-    IntArray, tuple[int, ...]
-]  # nodes eliminated together, and the places of pieces that they separate
 
 
 def dissection(graph: sparse.csr_array, where: FloatArray) -> list[Piece]:
