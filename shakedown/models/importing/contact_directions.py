@@ -1,7 +1,5 @@
 """Normals of the contact nodes, and the plane or the tangents in which they slip."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,34 +13,6 @@ from shakedown.models.readers.toml_table import TomlTable
 Axes = tuple[int, ...]  # two directions that span a plane, or all three
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class ContactDirections:
-    """In which directions the gap opens and the nodes slip.
-
-    Attributes
-    ----------
-    axes
-        The two directions that span the plane, or all three where the nodes slip in two directions.
-    normals : (n, d + 1)
-        They point into the first body.
-    tangent : (3,) or (n, 3) or None
-        The direction towards which the first of two tangents points, where it is given.
-    assumed : bool
-        Whether one direction of slip is only assumed, as the normals lie in the plane of x and y.
-    surface : str or None
-        The surface of the deck whose faces gave the normals.
-    normals_are_given : bool
-        Whether the configuration gives the normals, not the faces.
-    """
-
-    axes: Axes
-    normals: FloatArray
-    tangent: FloatArray | None = None
-    assumed: bool = False
-    surface: str | None = None
-    normals_are_given: bool = False
-
-
 def contact_directions(
     table: TomlTable,
     mesh: Mesh,
@@ -50,8 +20,8 @@ def contact_directions(
     *,
     assume_plane: bool = True,
     faces: FloatArray | None = None,
-) -> ContactDirections:
-    """Take the keys ``directions``, ``axes``, ``normal(s)``, ``surface`` and ``tangent(s)``.
+) -> tuple[Axes, FloatArray, bool]:
+    """Take the keys ``directions``, ``axes``, ``normal(s)`` and ``surface``: axes, normals, what is assumed.
 
     There are two directions of slip where the configuration says so (``directions = 2``, ``tangent``,
     ``tangents``) or the normals do not lie in the plane of x and y; there is one where it says so
@@ -66,6 +36,15 @@ def contact_directions(
     faces : (n, 3), optional
         Normals of the faces, where these are known already.
 
+    Returns
+    -------
+    axes
+        The two directions that span the plane, or all three where the nodes slip in two directions.
+    normals : (n, d + 1)
+        They point into the first body.
+    assumed : bool
+        Whether one direction of slip is only assumed, as the normals lie in the plane of x and y.
+
     Raises
     ------
     ProblemError
@@ -75,19 +54,19 @@ def contact_directions(
     if said is None and given is not None and given.shape[-1] == 2:
         said = PLANE
     surface = table.text("surface", required=False)
-    normals = _of_faces(table, mesh, first, said or SPACE, faces, surface) if given is None else given
-    axes = said or (PLANE if assume_plane and _in_plane(normals, exactly=given is not None) else SPACE)
-    columns = [axis - 1 for axis in axes]
-    along = normals[:, columns] if given is None and said is None else normals
-    along = along if given is None else _along(table, given, axes)
-    return ContactDirections(
-        axes=axes,
-        normals=np.broadcast_to(along, (len(first), len(axes))).copy(),
-        tangent=_tangent(table, len(first)) if axes == SPACE else None,
-        assumed=said is None and axes == PLANE,
-        surface=surface,
-        normals_are_given=given is not None,
-    )
+    if given is not None:
+        axes = said or (PLANE if assume_plane and not given[..., 2].any() else SPACE)
+        along = _along(table, given, axes)
+    elif not mesh.elements:
+        raise table.unfit("one of 'normal' and 'normals', or [model] with a deck that has elements", "none")
+    else:
+        with found_in(table.where):
+            along = mesh.normals(first, said or SPACE, surface, faces)
+        flat = said is None and (np.abs(np.hypot(*along.T[:2]) - 1) <= THREE_DIGITS).all()  # but for the mesh
+        axes = said or (PLANE if assume_plane and flat else SPACE)
+        along = along if said else along[:, [axis - 1 for axis in axes]]
+    normals = np.broadcast_to(along, (len(first), len(axes))).copy()
+    return axes, normals, said is None and axes == PLANE
 
 
 def in_space(vectors: FloatArray, axes: Axes) -> FloatArray:
@@ -103,13 +82,6 @@ def in_space(vectors: FloatArray, axes: Axes) -> FloatArray:
     return found
 
 
-def _in_plane(normals: FloatArray, *, exactly: bool) -> bool:
-    """Whether normals (3,) or (n, 3) lie in the plane of x and y, exactly or as well as meshes have them."""
-    if exactly:
-        return not normals[..., 2].any()
-    return bool((np.abs(np.hypot(normals[:, 0], normals[:, 1]) - 1) <= THREE_DIGITS).all())
-
-
 def _axes(table: TomlTable, mesh: Mesh) -> Axes | None:
     """The axes that the configuration or an axisymmetric model says; None where neither says any."""
     number = table.integer("directions")
@@ -119,7 +91,12 @@ def _axes(table: TomlTable, mesh: Mesh) -> Axes | None:
     if axes is not None and sorted({1, 2, 3} & set(axes)) != sorted(axes):
         raise table.wrong("axes", "two of 1, 2, 3", axes)
     if mesh.axisymmetric:
-        _check_axisymmetric(table, axes or list(PLANE), number, mesh)
+        if number == 2 or axes not in (None, [1, 2]):
+            found = f"directions = {number}, axes = {axes or [1, 2]}"
+            raise table.unfit("one direction of slip and the axes [1, 2] of an axisymmetric model", found)
+        if (least := mesh.coordinates[:, 0].min()) < 0:
+            node = mesh.labels[int(np.argmin(mesh.coordinates[:, 0]))]
+            raise unfit(mesh.name, "radii x >= 0 of an axisymmetric model", f"{least:g} at node {node}")
         return PLANE
     tangents = [key for key in ("tangent", "tangents") if table.has(key)]
     if axes and (number == 2 or tangents):
@@ -130,17 +107,6 @@ def _axes(table: TomlTable, mesh: Mesh) -> Axes | None:
     if tangents:
         raise table.wrong(tangents[0], "beside directions = 2 only", "directions = 1")
     return tuple(axes or PLANE) if axes or number == 1 else None
-
-
-def _check_axisymmetric(table: TomlTable, axes: list[int], number: int | None, mesh: Mesh) -> None:
-    """Refuse an axisymmetric model that does not lie where its elements expect it: radius x >= 0, axis y."""
-    if number == 2 or axes != [1, 2]:
-        found = f"directions = {number}, axes = {axes}"
-        raise table.unfit("one direction of slip and the axes [1, 2] of an axisymmetric model", found)
-    k = int(np.argmin(mesh.coordinates[:, 0]))
-    if (least := mesh.coordinates[k, 0]) < 0:
-        expected = "radii x >= 0 of an axisymmetric model"
-        raise unfit(mesh.name, expected, f"{least:g} at node {mesh.labels[k]}")
 
 
 def _given(table: TomlTable, n: int) -> FloatArray | None:
@@ -194,23 +160,8 @@ def _along(table: TomlTable, vectors: FloatArray, axes: Axes) -> FloatArray:
     return vectors[..., [axis - 1 for axis in axes]]
 
 
-def _of_faces(
-    table: TomlTable,
-    mesh: Mesh,
-    first: NDArray[np.intp],
-    axes: Axes,
-    faces: FloatArray | None,
-    surface: str | None,
-) -> FloatArray:
-    """Normals from the faces of the model, or of a surface of it."""
-    if not mesh.elements:
-        raise table.unfit("one of 'normal' and 'normals', or [model] with a deck that has elements", "none")
-    with found_in(table.where):
-        return mesh.normals(first, axes, surface, faces)
-
-
-def _tangent(table: TomlTable, n: int) -> FloatArray | None:
-    """Where first tangents point to, (3,) or (n, 3); None where the configuration does not say it."""
+def first_tangent(table: TomlTable, n: int) -> FloatArray | None:
+    """The keys ``tangent`` and ``tangents``: where first tangents lead, (3,) or (n, 3); None without them."""
     one = table.array("tangent", float, (3,), required=False)
     many = table.array("tangents", float, (None, 3), required=False)
     if one is not None and many is not None:

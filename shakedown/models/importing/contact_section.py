@@ -20,21 +20,32 @@ from shakedown.models.condensation.surface_mesh import (
     coupling_of_nodes,
     hat_areas,
 )
-from shakedown.models.importing.contact_directions import ContactDirections, contact_directions, in_space
+from shakedown.models.importing.contact_directions import Axes, contact_directions, first_tangent, in_space
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import InputFiles, quoted, read_table, unfit
 from shakedown.models.readers.toml_table import TomlTable, is_number, labels_of, nodes_of, shown
 
 Friction = FloatArray | Mapping[str, float]  # () or (n,), or a coefficient for each node set
-COORDINATES = "coordinates"  # the word for a gap between the nodes as the deck places them
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ContactSection(ContactDirections):
-    """Where the contact is, beside its directions.
+class ContactSection:
+    """Where the contact is, and in which directions the gap opens and the nodes slip.
 
     Attributes
     ----------
+    axes
+        The two directions that span the plane, or all three where the nodes slip in two directions.
+    normals : (n, d + 1)
+        They point into the first body.
+    tangent : (3,) or (n, 3) or None
+        The direction towards which the first of two tangents points, where it is given.
+    assumed : bool
+        Whether one direction of slip is only assumed, as the normals lie in the plane of x and y.
+    surface : str or None
+        The surface of the deck whose faces gave the normals.
+    normals_are_given : bool
+        Whether the configuration gives the normals, not the faces.
     labels : (n,) or (n, 2)
         Contact nodes, or pairs (node of the first body, node of the second).
     tied : (n,) or None
@@ -63,6 +74,12 @@ class ContactSection(ContactDirections):
         The parts of a contact of several patches, each by itself.
     """
 
+    axes: Axes
+    normals: FloatArray
+    tangent: FloatArray | None
+    assumed: bool
+    surface: str | None
+    normals_are_given: bool
     labels: NDArray[np.intp]
     tied: NDArray[np.intp] | None
     x: FloatArray | None
@@ -168,32 +185,43 @@ def contact_section(
     with found_in(table.where.removesuffix(": contact")):
         check_unique(labels)
     first = labels if labels.ndim == 1 else labels[:, 0]
-    named = table.content.get("surface", surface)
-    on = mesh.surface(first, named if isinstance(named, str) else None) if mesh.elements else None
+    given = table.content.get("surface", surface)
+    named = given if isinstance(given, str) else None
+    on = mesh.surface(first, named) if mesh.elements else None
     between = np.zeros((0, 3), dtype=np.intp) if on is None else on.middle_nodes
-    area = _areas(table, mesh, first, between, coupling)  # before the normals take 'surface'
+    area = _areas(table, mesh, first, between, coupling, named)
     faces = None if coupling is None else in_space(coupling.normals, SPACE[: coupling.normals.shape[1]])
-    found = contact_directions(table, mesh, first, assume_plane=assume_plane, faces=faces)
+    normals_are_given = table.has("normal") or table.has("normals")
+    axes, normals, assumed = contact_directions(table, mesh, first, assume_plane=assume_plane, faces=faces)
     contact = ContactSection(
-        **{**vars(found), "surface": found.surface or surface},
+        axes=axes,
+        normals=normals,
+        tangent=first_tangent(table, len(first)) if axes == SPACE else None,
+        assumed=assumed,
+        surface=named,
+        normals_are_given=normals_are_given,
         labels=labels,
         tied=_array(table, "tied", int, (None,)),
-        x=_array(table, "x", float, (None,) if len(found.axes) == 2 else (None, 2)),
+        x=_array(table, "x", float, (None,) if axes != SPACE else (None, 2)),
         coordinates=mesh.at(first) if mesh.is_known else None,
         gap=np.zeros(()),
         gap_is_stated=table.has("gap"),
         area=area,
-        sorted_by_place=from_sets and found.axes != SPACE and mesh.is_known,
+        sorted_by_place=from_sets and axes != SPACE and mesh.is_known,
         middle_nodes=between,
         coupling=coupling,
         name=name,
         friction=friction,
     )
     check_order(contact, table.where, {"x": contact.x})
-    placed = _placed(contact, mesh) if found.axes != SPACE else _on_patch(contact)
-    placed = replace(placed, gap=_initial_gap(table, placed, mesh, files))
+    if contact.coordinates is not None and axes != SPACE:
+        contact = _placed(contact, contact.coordinates, mesh)
+    elif contact.coordinates is not None and contact.x is None:
+        x = patch_positions(contact.coordinates, contact.unit_normals, contact.tangent)
+        contact = replace(contact, x=x)
+    contact = replace(contact, gap=_initial_gap(table, contact, mesh, files))
     table.done()
-    return placed
+    return contact
 
 
 def contact_nodes(table: TomlTable, mesh: Mesh) -> tuple[NDArray[np.intp], bool]:
@@ -213,22 +241,18 @@ def contact_nodes(table: TomlTable, mesh: Mesh) -> tuple[NDArray[np.intp], bool]
         return nodes_of(mesh, str(table.text(key)), where), True
     if key == "pairs" and _are_two_names(value):
         first, second = (nodes_of(mesh, name, where) for name in table.take(key, "two sets"))
-        return _matched(mesh, first, second, where), True
+        if len(first) != len(second):
+            more, fewer = (first, second) if len(first) > len(second) else (second, first)
+            alone = more[int(np.argmax(cKDTree(mesh.at(fewer)).query(mesh.at(more))[0]))]
+            found = f"{len(first)} and {len(second)}, node {alone} farthest from a partner"
+            raise unfit(where, "sets of equally many nodes", found)
+        nearest = cKDTree(mesh.at(second)).query(mesh.at(first))[1]  # whether they touch is checked later
+        return np.column_stack([first, second[nearest]]), True
     return np.array(table.array(key, int, (None, 2)[: 1 + (key == "pairs")]), dtype=np.intp), False
 
 
 def _are_two_names(value: object) -> bool:
     return isinstance(value, list) and len(value) == 2 and all(isinstance(name, str) for name in value)
-
-
-def _matched(mesh: Mesh, first: NDArray[np.intp], second: NDArray[np.intp], where: str) -> NDArray[np.intp]:
-    """Pairs of every node of a set with the nearest one of another; whether they touch is checked later."""
-    if len(first) != len(second):
-        more, fewer = (first, second) if len(first) > len(second) else (second, first)
-        alone = more[int(np.argmax(cKDTree(mesh.at(fewer)).query(mesh.at(more))[0]))]
-        found = f"{len(first)} and {len(second)}, node {alone} farthest from a partner"
-        raise unfit(where, "sets of equally many nodes", found)
-    return np.column_stack([first, second[cKDTree(mesh.at(second)).query(mesh.at(first))[1]]])
 
 
 def spacings(places: FloatArray, model: FloatArray | None = None) -> FloatArray:
@@ -295,8 +319,8 @@ def _initial_gap(table: TomlTable, contact: ContactSection, mesh: Mesh, files: I
     """The key ``gap``, () or (n,) [length]: a number, a list, a word or a table; absent it is 0."""
     given = table.content.get("gap", 0.0)
     if isinstance(given, str):
-        if table.text("gap") != COORDINATES:
-            raise table.wrong("gap", f"'{COORDINATES}', a number, a list or a table", shown(given))
+        if table.text("gap") != "coordinates":
+            raise table.wrong("gap", "'coordinates', a number, a list or a table", shown(given))
         return _drawn_gap(table, contact, mesh)
     if isinstance(given, list):
         gap = np.array(table.array("gap", float, (None,)), dtype=float)
@@ -326,14 +350,14 @@ def _drawn_gap(table: TomlTable, contact: ContactSection, mesh: Mesh) -> FloatAr
     coupling, labels = contact.surfaces, contact.labels
     if coupling is not None and not coupling.flat:
         expected = "a number, or of nodes, between curved surfaces, whose facets are chords"
-        raise table.wrong("gap", expected, f"'{COORDINATES}'")
+        raise table.wrong("gap", expected, "'coordinates'")
     if coupling is not None:
         drawn = np.zeros(len(labels))
         drawn[contact.positions(coupling.labels)] = coupling.gap
         return drawn
     if contact.coordinates is None or labels.ndim == 1:
         found = "nodes of one body" if labels.ndim == 1 else "no [model]"
-        raise table.wrong("gap", f"pairs in a model with coordinates beside '{COORDINATES}'", found)
+        raise table.wrong("gap", "pairs in a model with coordinates beside 'coordinates'", found)
     apart = mesh.at(labels[:, 0]) - mesh.at(labels[:, 1])
     return np.asarray((apart * contact.unit_normals).sum(axis=1))
 
@@ -383,6 +407,7 @@ def _areas(
     first: NDArray[np.intp],
     between: NDArray[np.intp],
     coupling: SurfaceCoupling | None,
+    named: str | None,
 ) -> FloatArray | None:
     """Areas of the nodes of the first body, where the model has their faces."""
     given, thickness = table.has("thickness"), table.number("thickness", 1.0) or 0.0
@@ -393,18 +418,14 @@ def _areas(
         return None
     if coupling is not None:
         return coupling.area * (thickness if coupling.normals.shape[1] == 2 else 1.0)
-    surface = table.content.get("surface")
-    area = mesh.node_areas(first, surface if isinstance(surface, str) else None, thickness)
+    area = mesh.node_areas(first, named, thickness)
     return None if area is None else hat_areas(area, first, between)
 
 
-def _placed(contact: ContactSection, mesh: Mesh) -> ContactSection:
+def _placed(contact: ContactSection, places: FloatArray, mesh: Mesh) -> ContactSection:
     """The nodes in order along the contact, where sets named them, with their positions."""
-    if contact.coordinates is None:
-        return contact
-    units, places = contact.unit_normals, contact.coordinates
     across = np.cross(*np.eye(3)[[axis - 1 for axis in contact.axes]])
-    tangents, edges = np.cross(units, across), mesh.edges(contact.first, contact.surface)
+    tangents, edges = np.cross(contact.unit_normals, across), mesh.edges(contact.first, contact.surface)
     found = strips(places, tangents, edges)
     x, mean = contact.x, tangents.mean(axis=0)
     if x is None and (np.abs(tangents - mean) <= SIX_DIGITS).all():
@@ -430,13 +451,6 @@ def check_order(contact: ContactSection, where: str, lists: Mapping[str, FloatAr
                 f"{where}: key '{key}': expected no list beside sets of nodes, whose order it cannot know, "
                 f"found one of length {len(given)}; name the nodes one by one"
             )
-
-
-def _on_patch(contact: ContactSection) -> ContactSection:
-    """The nodes in the order of the sets that named them, with positions on the plane of a flat patch."""
-    if contact.coordinates is None or contact.x is not None:
-        return contact
-    return replace(contact, x=patch_positions(contact.coordinates, contact.unit_normals, contact.tangent))
 
 
 def taken_friction(root: TomlTable, *, required: bool = True) -> Friction | None:

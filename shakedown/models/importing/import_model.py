@@ -28,13 +28,13 @@ from shakedown.models.importing.contact_section import ContactSection, faces_bet
 from shakedown.models.importing.joined_contact import contact_of, friction_of
 from shakedown.models.importing.load_evidence import LoadEvidence
 from shakedown.models.importing.model_evidence import ModelEvidence
-from shakedown.models.importing.stiffness_section import ImportContext, circumference_notes, stiffness_section
+from shakedown.models.importing.stiffness_section import ImportContext, stiffness_section
 from shakedown.models.readers.formats import read_any_mesh
 from shakedown.models.readers.mapped_matrices import NUMBERED
 from shakedown.models.readers.mesh import CALCULIX, Mesh
 from shakedown.models.readers.stiffness import Stiffness
 from shakedown.models.readers.text import InputFiles, sha256
-from shakedown.models.readers.toml_table import TomlTable, change_number, read_toml
+from shakedown.models.readers.toml_table import TomlTable, change_number, is_list_of, read_toml
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -178,7 +178,13 @@ class Configuration:
     def __init__(self, root: TomlTable) -> None:
         self.where, self.name = root.where, root.text("name", "") or ""
         self.units, self.steps = root.text("units", "") or "", root.integer("steps")
-        words = root.take("accept", "a list of texts, words of warnings", fits=_are_texts)
+        words = root.take(
+            "accept",
+            "a list of texts, words of warnings",
+            fits=lambda given: (
+                isinstance(given, list) and all(isinstance(text, str) and text for text in given)
+            ),
+        )
         self.accepted: tuple[str, ...] = tuple(words or ())
         self.stiffness, self.contacts = root.table("stiffness"), root.one_or_more("contact")
         own_friction = all(table.has("friction") for table in self.contacts)
@@ -190,10 +196,6 @@ class Configuration:
         self.bolts = root.tables("bolt") if root.has("bolt") else []
         self.stiffness_file = str(self.stiffness.content.get("file"))
         root.done()
-
-
-def _are_texts(value: object) -> bool:
-    return isinstance(value, list) and all(isinstance(words, str) and words for words in value)
 
 
 @checked
@@ -422,10 +424,17 @@ def import_model(
                 if contact.labels.ndim > 1 and contact.coordinates is None
                 else ()
             ),
-            *circumference_notes(stiffness, mesh),
+            *([_circumference(stiffness.circumference)] if mesh.axisymmetric else ()),
             *bolt_section.bolt_notes(bolts, names, welded, added),
         ),
         path=os.fspath(config_path),
+    )
+
+
+def _circumference(times: float) -> str:
+    return (
+        f"axisymmetric: the matrix is that of {360 / times:g} degrees, taken {times:g} times; forces and "
+        "reactions are those on the whole circumference, areas 2 pi r times a length"
     )
 
 
@@ -486,7 +495,16 @@ def read_model(
         mesh = files.read(name, lambda path: read_any_mesh(path, superelement), asked.model.at("file"))
     contact = contact_of(asked.contacts, mesh, files)
     stiffness = stiffness_section(asked.stiffness, contact, mesh, files) if kept is None else kept[1]
-    _check_directions(contact, stiffness, mesh, asked.contacts[0].where)
+    # CalculiX stores rows along x, y, z even in a *TRANSFORM; but a *BOUNDARY there removes a row that is
+    # along none of them
+    by_calculix = mesh.matrix_by == CALCULIX and stiffness.format == NUMBERED
+    for label in contact.moved[np.isin(contact.moved, list(mesh.rotated))].tolist():
+        count = np.count_nonzero(stiffness.dofs[:, 0] == label)
+        if count != len(SPACE) or not by_calculix:
+            raise ProblemError(
+                f"{asked.contacts[0].where}: expected contact nodes with rows along x, y, z (in a *TRANSFORM "
+                f"all three, from MATRIXSTORAGE of CalculiX), found {count} of node {label} in a *TRANSFORM"
+            )
     if contact.assumed:  # one direction of slip; but nodes that can move along z have two
         rows = np.isin(stiffness.dofs[:, 0], contact.labels) & (stiffness.dofs[:, 1] == 3)
         rows &= stiffness.K.diagonal() < DEFAULT.constrained_diagonal
@@ -504,19 +522,3 @@ def keeps_stiffness(key: str) -> bool:
     if table == "contact":
         return bool({"gap", "friction"} & set(more[:2]))
     return table in ("friction", "steps") or (table == "bolt" and more[1:] == ["preload"])
-
-
-def _check_directions(contact: ContactSection, stiffness: Stiffness, mesh: Mesh, where: str) -> None:
-    """Refuse contact nodes whose rows are not along x, y, z.
-
-    CalculiX stores them along x, y, z even in a ``*TRANSFORM``; but a ``*BOUNDARY`` there removes a row that
-    is along none of them.
-    """
-    by_calculix = mesh.matrix_by == CALCULIX and stiffness.format == NUMBERED
-    for label in contact.moved.tolist():
-        count = np.count_nonzero(stiffness.dofs[:, 0] == label) if label in mesh.rotated else len(SPACE)
-        if count != len(SPACE) or (label in mesh.rotated and not by_calculix):
-            raise ProblemError(
-                f"{where}: expected contact nodes with rows along x, y, z (in a *TRANSFORM all three, "
-                f"from MATRIXSTORAGE of CalculiX), found {count} of node {label} in a *TRANSFORM"
-            )

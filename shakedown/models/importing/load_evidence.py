@@ -12,7 +12,7 @@ from shakedown.joint.result import Result
 from shakedown.models.condensation.contact_frame import ContactFrame
 from shakedown.models.condensation.factorised_interior import WeldedCase
 from shakedown.models.condensation.load_case import MEAN_ROUND_OFF, LoadCase, histories
-from shakedown.models.importing.bolt_section import BoltSection, with_pulls
+from shakedown.models.importing.bolt_section import BoltSection
 from shakedown.models.importing.contact_directions import in_space
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.importing.load_section import LoadSection
@@ -96,7 +96,10 @@ class Resultants:
         force = np.zeros(len(self.dofs)) if case.force is None else case.force
         along = np.where(self.dofs[:, 0] > 0, self.dofs[:, 1], 0)  # of nodes, not of modes
         applied = np.array([force[along == axis].sum() for axis in self.contact.axes])
-        parts = self._parts(case, with_pulls(force, pulls, self.bolts), in_space(welded, self.contact.axes))
+        for pull, bolt in zip(pulls, self.bolts, strict=True):  # by their shanks while the contact is welded
+            if bolt.stiffness and bolt.unit.force is not None:
+                force = force + pull * bolt.unit.force
+        parts = self._parts(case, force, in_space(welded, self.contact.axes))
         return LoadEvidence(name, applied, welded.sum(axis=0), tuple(parts))
 
     def _parts(self, case: LoadCase, force: FloatArray, welded: FloatArray) -> Iterator[LoadPart]:

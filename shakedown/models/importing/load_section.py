@@ -183,7 +183,14 @@ def load_section(table: TomlTable, context: ImportContext) -> LoadSection:
     displacement = np.zeros(len(context.stiffness.dofs))
     rows = context.rows(table.at("displacements"), moved or {})
     displacement[rows] = list((moved or {}).values())
-    _check_circumference(table, context)
+    given = [key for key in ("reactions", "thermal") if table.has(key)]
+    if given and context.mesh.axisymmetric and not context.checked:
+        raise table.wrong(
+            given[0],
+            "'forces' (on the whole circumference) or 'open' for an axisymmetric model, or [check] "
+            "with a run that moves contact nodes radially",
+            f"neither; {HOOP}",
+        )
     reactions, clamped = _clamped_run(table, context)
     acting = [each for each in (listed, clamped, _thermal_forces(table, context)) if each is not None]
     force = np.sum(acting, axis=0) if acting else None
@@ -289,18 +296,6 @@ def _op4_column(path: Path, matrix: str, column: int | None, size: int) -> Float
     found, own = np.zeros(size), values.col == (column or 1) - 1
     found[values.row[own]] = values.data[own]
     return found
-
-
-def _check_circumference(table: TomlTable, context: ImportContext) -> None:
-    """Refuse reactions of an axisymmetric model unless a static run has to agree with its stiffness."""
-    given = [key for key in ("reactions", "thermal") if table.has(key)]
-    if given and context.mesh.axisymmetric and not context.checked:
-        raise table.wrong(
-            given[0],
-            "'forces' (on the whole circumference) or 'open' for an axisymmetric model, or [check] "
-            "with a run that moves contact nodes radially",
-            f"neither; {HOOP}",
-        )
 
 
 def _spread(where: str, values: Values, context: ImportContext) -> FloatArray:

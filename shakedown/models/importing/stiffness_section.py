@@ -59,17 +59,6 @@ def _circumference(mesh: Mesh, format: str, scale: float | None, where: str) -> 
     return factor
 
 
-def circumference_notes(stiffness: Stiffness, mesh: Mesh) -> tuple[str, ...]:
-    """What a user should know of the import of an axisymmetric model."""
-    if not mesh.axisymmetric:
-        return ()
-    taken = f"{360 / stiffness.circumference:g} degrees, taken {stiffness.circumference:g} times"
-    return (
-        f"axisymmetric: the matrix is that of {taken}; forces and reactions are those on the whole "
-        "circumference, areas 2 pi r times a length",
-    )
-
-
 @dataclass(frozen=True)
 class ImportContext:
     """What all loads need: the stiffness with its rows, the contact, the model and the files."""
@@ -109,7 +98,11 @@ def stiffness_section(table: TomlTable, contact: ContactSection, mesh: Mesh, fil
         read = partial(_unit_displacements, contact, mesh.axisymmetric)
         stiffness = files.read(name, read, where)
     else:
-        map_name = map_name or _beside(name, found, files)
+        # maps that codes write beside the matrix
+        for suffix in {"numbered": (".dof",), "op4": (".pch", ".asm")}.get(found, ()):
+            beside = str(Path(name).with_suffix(suffix))
+            if map_name is None and beside != name and files.path(beside).is_file():
+                map_name = beside
         read = partial(read_stiffness, format=found, matrix=matrix, superelement=superelement)
         stiffness = _matrix(name, map_name, read, superelement, mesh, files, table)
         _check_whole(stiffness, map_name, str(files.path(name)))
@@ -131,18 +124,13 @@ def _with_internal_nodes(dofs: NDArray[np.intp], mesh: Mesh, where: str) -> NDAr
             f"{mesh.matrix_by or 'another code'}, whose matrix is not known to have it; leave the bolt "
             "out of the model and say [[bolt]] with 'head', 'nut' and 'stiffness'"
         )
-    own = np.isin(dofs[:, 0], [*mesh.sections, *_of_modes(dofs, mesh)])
-    return np.where(own[:, None] & [True, False], -dofs, dofs)
-
-
-def _of_modes(dofs: NDArray[np.intp], mesh: Mesh) -> list[int]:
-    """Nodes of CalculiX for incompatible modes, three an element; none where others are unknown, too."""
-    if not mesh.incompatible or mesh.matrix_by != CALCULIX:
-        return []
-    unknown = np.setdiff1d(dofs[:, 0], mesh.labels)
-    # nodes that CalculiX makes for the incompatible modes of an element C3D8I
-    are_made = len(unknown) == 3 * mesh.incompatible and unknown.min() > mesh.labels.max()
-    return unknown.tolist() if are_made else []
+    internal = list(mesh.sections)
+    if mesh.incompatible and mesh.matrix_by == CALCULIX:
+        unknown = np.setdiff1d(dofs[:, 0], mesh.labels)
+        # CalculiX makes three nodes for the incompatible modes of an element C3D8I
+        if len(unknown) == 3 * mesh.incompatible and unknown.min() > mesh.labels.max():
+            internal += unknown.tolist()
+    return np.where(np.isin(dofs[:, 0], internal)[:, None] & [True, False], -dofs, dofs)
 
 
 def _check_whole(stiffness: Stiffness, map_name: str | None, where: str) -> None:
@@ -162,16 +150,6 @@ def _check_whole(stiffness: Stiffness, map_name: str | None, where: str) -> None
             f"{where}: expected an entry on the diagonal of every row, found none in {lacking.sum()} of "
             f"{len(dofs)} rows, first ({node}, {direction}); is the file cut off?"
         )
-
-
-def _beside(name: str, found: str, files: InputFiles) -> str | None:
-    """The map file of the same name beside a matrix, where there is one."""
-    # maps that codes write beside the matrix
-    for suffix in {"numbered": (".dof",), "op4": (".pch", ".asm")}.get(found, ()):
-        beside = str(Path(name).with_suffix(suffix))
-        if beside != name and files.path(beside).is_file():
-            return beside
-    return None
 
 
 def _matrix(

@@ -152,7 +152,7 @@ class TomlTable:
         found: list[list[Any]] | None = self.take(
             key,
             f"a list of lists of {width} each",
-            fits=lambda value: _is_list_of(list, value) and all(len(entry) == width for entry in value),
+            fits=lambda value: is_list_of(list, value) and all(len(entry) == width for entry in value),
         )
         return found
 
@@ -163,7 +163,7 @@ class TomlTable:
 
     def tables(self, key: str) -> list["TomlTable"]:
         """A list of tables."""
-        value = self.take(key, "a list of tables", required=True, fits=lambda value: _is_list_of(dict, value))
+        value = self.take(key, "a list of tables", required=True, fits=lambda value: is_list_of(dict, value))
         return [TomlTable(v, f"{self.where}: {key} {k}") for k, v in enumerate(value, start=1)]
 
     def one_or_more(self, key: str) -> list["TomlTable"]:
@@ -208,7 +208,8 @@ def shown(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:60]}…"
 
 
-def _is_list_of(kind: type, value: Any) -> bool:
+def is_list_of(kind: type, value: Any) -> bool:
+    """Whether a value of a configuration is a list of such things."""
     return isinstance(value, list) and all(isinstance(item, kind) for item in value)
 
 
