@@ -116,7 +116,21 @@ def _completed(normals: FloatArray, towards: FloatArray) -> FloatArray:
     return np.stack([first, np.cross(normals, first)], axis=1) + 0.0  # no -0.0
 
 
+Axes = tuple[int, ...]  # two directions that span a plane, or all three
 PLANE, SPACE = (1, 2), (1, 2, 3)  # directions of the contact nodes, unless others are given
+
+
+def in_space(vectors: FloatArray, axes: Axes | None = None) -> FloatArray:
+    """Vectors along two of the axes x, y, z (n, 2), the first two of them, or along all, as vectors (n, 3).
+
+    Examples
+    --------
+    >>> in_space(np.array([[0.6, 0.8]]), (1, 3)).tolist()
+    [[0.6, 0.0, 0.8]]
+    """
+    found = np.zeros((len(vectors), 3))
+    found[:, [axis - 1 for axis in axes or SPACE[: vectors.shape[1]]]] = vectors
+    return found
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,10 @@ from numpy.typing import NDArray
 
 from shakedown.ground.constants import THREE_DIGITS, FloatArray
 from shakedown.ground.errors import found_in
-from shakedown.models.condensation.contact_frame import PLANE, SPACE
+from shakedown.models.condensation.contact_frame import PLANE, SPACE, Axes
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import unfit
 from shakedown.models.readers.toml_table import TomlTable
-
-Axes = tuple[int, ...]  # two directions that span a plane, or all three
 
 
 def contact_directions(
@@ -67,19 +65,6 @@ def contact_directions(
         along = along if said else along[:, [axis - 1 for axis in axes]]
     normals = np.broadcast_to(along, (len(first), len(axes))).copy()
     return axes, normals, said is None and axes == PLANE
-
-
-def in_space(vectors: FloatArray, axes: Axes) -> FloatArray:
-    """Vectors along two of the axes x, y, z (n, 2), or along all of them, as vectors (n, 3).
-
-    Examples
-    --------
-    >>> in_space(np.array([[0.6, 0.8]]), (1, 3)).tolist()
-    [[0.6, 0.0, 0.8]]
-    """
-    found = np.zeros((len(vectors), 3))
-    found[:, [axis - 1 for axis in axes]] = vectors
-    return found
 
 
 def _axes(table: TomlTable, mesh: Mesh) -> Axes | None:

@@ -12,7 +12,14 @@ from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.joint.contact_surface import NEIGHBOURS
 from shakedown.joint.places import arc_lengths, faces_among, strips
-from shakedown.models.condensation.contact_frame import SPACE, check_unique, node_names, patch_positions
+from shakedown.models.condensation.contact_frame import (
+    SPACE,
+    Axes,
+    check_unique,
+    in_space,
+    node_names,
+    patch_positions,
+)
 from shakedown.models.condensation.surface_coupling import SurfaceCoupling, surface_coupling
 from shakedown.models.condensation.surface_mesh import (
     ContactSurface,
@@ -20,7 +27,7 @@ from shakedown.models.condensation.surface_mesh import (
     coupling_of_nodes,
     hat_areas,
 )
-from shakedown.models.importing.contact_directions import Axes, contact_directions, first_tangent, in_space
+from shakedown.models.importing.contact_directions import contact_directions, first_tangent
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import InputFiles, quoted, read_table, unfit
 from shakedown.models.readers.toml_table import TomlTable, is_number, labels_of, nodes_of, shown
@@ -190,7 +197,7 @@ def contact_section(
     on = mesh.surface(first, named) if mesh.elements else None
     between = np.zeros((0, 3), dtype=np.intp) if on is None else on.middle_nodes
     area = _areas(table, mesh, first, between, coupling, named)
-    faces = None if coupling is None else in_space(coupling.normals, SPACE[: coupling.normals.shape[1]])
+    faces = None if coupling is None else in_space(coupling.normals)
     normals_are_given = table.has("normal") or table.has("normals")
     axes, normals, assumed = contact_directions(table, mesh, first, assume_plane=assume_plane, faces=faces)
     contact = ContactSection(

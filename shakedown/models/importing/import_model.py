@@ -19,11 +19,10 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.units import doubtful_data, units_in
 from shakedown.models.condensation.condense import Condensation, condensed_stiffness
-from shakedown.models.condensation.contact_frame import SPACE
+from shakedown.models.condensation.contact_frame import SPACE, in_space
 from shakedown.models.condensation.load_case import without_closing
 from shakedown.models.condensation.stiffness_checks import with_shanks
 from shakedown.models.importing import bolt_section, load_evidence, load_section, model_evidence
-from shakedown.models.importing.contact_directions import in_space
 from shakedown.models.importing.contact_section import ContactSection, faces_between, taken_friction
 from shakedown.models.importing.joined_contact import contact_of, friction_of
 from shakedown.models.importing.load_evidence import LoadEvidence
@@ -178,13 +177,8 @@ class Configuration:
     def __init__(self, root: TomlTable) -> None:
         self.where, self.name = root.where, root.text("name", "") or ""
         self.units, self.steps = root.text("units", "") or "", root.integer("steps")
-        words = root.take(
-            "accept",
-            "a list of texts, words of warnings",
-            fits=lambda given: (
-                isinstance(given, list) and all(isinstance(text, str) and text for text in given)
-            ),
-        )
+        expected = "a list of texts, words of warnings"
+        words = root.take("accept", expected, fits=lambda v: is_list_of(str, v) and all(v))
         self.accepted: tuple[str, ...] = tuple(words or ())
         self.stiffness, self.contacts = root.table("stiffness"), root.one_or_more("contact")
         own_friction = all(table.has("friction") for table in self.contacts)

@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.models.condensation.contact_frame import ContactFrame
+from shakedown.models.condensation.contact_frame import ContactFrame, in_space
 from shakedown.models.condensation.factorised_interior import WeldedCase
 from shakedown.models.condensation.load_case import MEAN_ROUND_OFF, LoadCase, histories
 from shakedown.models.importing.bolt_section import BoltSection
-from shakedown.models.importing.contact_directions import in_space
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.importing.load_section import LoadSection
 from shakedown.models.importing.model_evidence import ModelEvidence, places_of_rows
