@@ -198,6 +198,7 @@ class Condensation(Result):
         factors = histories(loads)
         welded = [self.welded(case) for case in loads] if welded is None else welded
         unit = np.array([each.reactions for each in welded])
+        modal = [case.frequency for case in loads]  # NaN: no mode
         acting: dict[str, Any] = {"label": self.frame.names, **stated_loads(loads, factors)}
         if self.layout.d > 1:
             acting |= {"normal": self.frame.normals, "tangents": self.frame.tangents}
@@ -212,7 +213,7 @@ class Condensation(Result):
             load_reactions=unit,
             load_history=factors.period,
             load_compliance=_compliance(welded),
-            load_frequency=_frequencies(loads),
+            load_frequency=None if all(each is None for each in modal) else np.array(modal, dtype=float),
             load_path=DOMAIN if any(case.range is not None for case in loads) else LOOP,
             **{**acting, **about},
         )
@@ -226,13 +227,6 @@ def _compliance(welded: Sequence[WeldedCase]) -> FloatArray | None:
     """The displacement conjugate to each load under a unit of each, (L, L); None unless all are known."""
     S = np.array([[one.conjugate(other) for other in welded] for one in welded])
     return None if np.isnan(S).any() else np.asarray(0.5 * (S + S.T))
-
-
-def _frequencies(loads: Sequence[LoadCase]) -> list[float] | None:
-    """The circular frequencies of inertia forces, NaN for other loads; None where no load has one."""
-    if all(case.frequency is None for case in loads):
-        return None
-    return [np.nan if case.frequency is None else case.frequency for case in loads]
 
 
 @checked

@@ -19,11 +19,11 @@ from shakedown.models.readers.mesh import (
     ABAQUS,
     CALCULIX,
     FACES,
-    CoordinateSystem,
     Element,
     Line,
     Mesh,
     Orientation,
+    axes_at,
 )
 from shakedown.models.readers.text import integers, listed, number, quoted, read_lines, unfit
 
@@ -259,8 +259,7 @@ class _Deck:
             return origin, np.eye(3)
         first = ways[0] - origin
         second = ways[1] - origin if len(ways) > 1 else np.cross([0.0, 0.0, 1.0], first)
-        system = CoordinateSystem(f"{card.data[0][0]}: *SYSTEM", False, first, second)
-        return origin, system.axes_at(origin[None])[0]
+        return origin, axes_at(origin[None], first, second, "R", f"{card.data[0][0]}: *SYSTEM")[0]
 
     def _shift(self) -> tuple[FloatArray, set[int]]:
         """What moves the part's nodes, and the places of the cards inside of the part and its instance."""

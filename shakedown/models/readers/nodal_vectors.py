@@ -1,14 +1,11 @@
-"""What a static step gave at nodes, reactions or displacements: ``.dat`` and ``.frd`` of CalculiX, tables.
-
-A block of a binary ``.frd`` file follows lines of text, which say that it is binary; no line ends it.
-"""
+"""What a static step gave at nodes, reactions or displacements: ``.dat`` and ``.frd`` of CalculiX, tables."""
 
 import os
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, NoReturn
+from typing import Any, Literal, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +23,6 @@ from shakedown.models.readers.text import (
     number,
     numbers,
     quoted,
-    read_bytes,
     read_lines,
     read_table,
     unfit,
@@ -157,15 +153,6 @@ HEADINGS: dict[What, re.Pattern[str]] = {
 LETTERS: dict[What, str] = {"reactions": "RF", "displacements": "U"}
 
 
-class _Step(NamedTuple):
-    """A step as it is read: its node sets, time and rows, and the nodes with directions of their own."""
-
-    node_sets: list[str]
-    time: float
-    rows: list[list[float]]
-    local: set[int]
-
-
 def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions") -> list[NodalVectors]:
     """Read all tables of reactions, or of displacements, of a ``.dat`` file, in the order of the file.
 
@@ -176,14 +163,15 @@ def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions")
     ProblemError
         If there is no table, or a line of one is malformed.
     """
-    name, steps, inside = os.fspath(path), list[_Step](), False
+    name, inside = os.fspath(path), False
+    steps: list[tuple[list[str], float, list[list[float]], set[int]]] = []  # sets, time, rows, turned nodes
     for k, line in enumerate(read_lines(path), start=1):
         where, fields = f"{name}: line {k}", line.split()
         if heading := HEADINGS[what].match(line):
             time, inside = number(heading[2], where), True
-            if not steps or time != steps[-1].time or heading[1] in steps[-1].node_sets:
-                steps.append(_Step([], time, [], set()))
-            steps[-1].node_sets.append(heading[1])
+            if not steps or time != steps[-1][1] or heading[1] in steps[-1][0]:
+                steps.append(([], time, [], set()))
+            steps[-1][0].append(heading[1])
         elif fields and not fields[0].isdigit():  # another kind of output
             inside = False
         elif fields and inside:
@@ -191,8 +179,8 @@ def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions")
             if len(fields) != 4 + own:
                 letter = "f" if what == "reactions" else "v"
                 raise unfit(where, f"'node {letter}x {letter}y {letter}z'", quoted(line))
-            steps[-1].rows.append([*integers(fields[:1], where), *numbers(fields[1:4], where)])
-            steps[-1].local.update([int(fields[0])] if own else [])
+            steps[-1][2].append([*integers(fields[:1], where), *numbers(fields[1:4], where)])
+            steps[-1][3].update([int(fields[0])] if own else [])
     if not steps:
         raise ProblemError(
             f"{name}: expected {what} (*NODE PRINT, {LETTERS[what]}), found no table of "
@@ -287,85 +275,42 @@ def _with_rigid_motions(K: FloatArray) -> FloatArray:
     return K - (modes[:, rigid] * eigenvalues[rigid]) @ modes[:, rigid].T
 
 
-_NODE = {"0": slice(3, 8), "1": slice(3, 13)}  # columns of the node, by the format of a block
-_WIDTH = 12  # characters per number; numbers are not separated
-_RESULTS = b"  100C"  # how results begin
-
-
 def read_frd(path: str | os.PathLike[str], what: What = "displacements") -> list[NodalVectors]:
     """Read all blocks of displacements (DISP), or of reactions (FORC), in the order of the file.
 
-    Blocks of text have six digits, binary ones single precision.
+    They are those of ``*NODE FILE``, of text, with six digits.
 
     Raises
     ------
     ProblemError
         If there is no such block, or one is malformed.
     """
-    name, raw = os.fspath(path), read_bytes(path)
-    found, place, block = [], raw.find(_RESULTS), "FORC" if what == "reactions" else "DISP"
-    while place >= 0:
-        where = f"{name}: byte {place}"
-        head, place = _line(raw, place)
-        title, place = _line(raw, place)
-        if title.split()[:2] == ["-4", block]:
-            time, layout = number(head[12:24].strip(), where), head[73:75].strip()
-            if layout == "2":  # single precision
-                (count,) = integers([head[24:36].strip()], where)
-                rows = _records(raw, place, count, where)
-            else:
-                rows = _text_rows(raw, place, layout, where)
-            found.append(step_of(what, ("file",), time, rows, name))
-        place = raw.find(_RESULTS, place)
-    if not found:
-        raise unfit(name, f"{what} (*NODE FILE, {LETTERS[what]})", f"no block {block}")
-    return found
-
-
-def _line(raw: bytes, place: int) -> tuple[str, int]:
-    """The line that begins at a place, and where the next one begins."""
-    end = raw.find(b"\n", place)
-    end = len(raw) if end < 0 else end
-    return raw[place:end].decode("latin-1"), end + 1
-
-
-def _text_rows(raw: bytes, place: int, layout: str, where: str) -> list[list[float]]:
-    """Node and three components, in fixed columns, of a block of text."""
-    end = raw.find(b"\n -3", place)
-    if layout not in _NODE or end < 0:
-        found = "no end" if layout in _NODE else f"the format {quoted(layout)}"
-        raise unfit(where, "a block in text form that ends with -3", found)
-    node, rows, name = _NODE[layout], [], where.partition(": byte")[0]
-    lines = raw[place:end].decode("latin-1").split("\n")
-    for k, line in enumerate(lines, start=raw.count(b"\n", 0, place) + 1):
+    name, found, block = os.fspath(path), list[NodalVectors](), "FORC" if what == "reactions" else "DISP"
+    nodes = {"0": slice(3, 8), "1": slice(3, 13)}  # columns of the node, by the format of a block
+    time, layout, rows = 0.0, "", list[list[float]]()
+    inside = False
+    for k, line in enumerate(read_lines(path), start=1):
         where = f"{name}: line {k}"
-        if line.startswith(" -1"):
-            fields = [line[node.stop + _WIDTH * k : node.stop + _WIDTH * (k + 1)].strip() for k in range(3)]
+        if line.startswith("  100C"):  # how results begin
+            time, layout = number(line[12:24].strip(), where), line[73:75].strip()
+        elif line.split()[:2] == ["-4", block]:
+            if layout not in nodes:
+                raise unfit(where, "a block in text form (*NODE FILE)", f"the format {quoted(layout)}")
+            inside, rows = True, []
+        elif inside and line.startswith(" -1"):
+            node = nodes[layout]  # then come numbers of 12 characters, which nothing separates
+            fields = [line[node.stop + 12 * k : node.stop + 12 * (k + 1)].strip() for k in range(3)]
             if not fields[-1]:
                 raise unfit(where, "a node with three numbers", quoted(line))
             rows.append([*integers([line[node].strip()], where), *numbers(fields, where)])
-    return rows
-
-
-def _records(raw: bytes, place: int, count: int, where: str) -> list[list[float]]:
-    """``count`` nodes with three components each; the lines before them say that there are three."""
-    components = 0
-    while raw.startswith(b" -5", place):
-        line, place = _line(raw, place)
-        components += line[33:38].strip() in ("", "0")
-    kind = np.dtype([("node", "<i4"), ("vector", "<f4", (components,))])
-    end = place + count * kind.itemsize
-    if components != 3 or count < 0 or raw[end : end + 1] != b" ":
-        raise ProblemError(
-            f"{where}: expected three components of {count} nodes in 16 bytes each and then a line of text, "
-            f"found {components} components and {max(min(end, len(raw)) - place, 0)} bytes"
-        )
-    table = np.frombuffer(raw, kind, count, place)
-    wrong = np.flatnonzero((table["node"] < 1) | ~np.isfinite(table["vector"]).all(axis=1))
-    if wrong.size:
-        node, vector = table[wrong[0]]
-        raise unfit(where, "nodes from 1 with finite numbers", f"node {node} with {vector.tolist()}")
-    return np.column_stack([table["node"], table["vector"].astype(float)]).tolist()
+        elif inside and line.startswith(" -3"):
+            found.append(step_of(what, ("file",), time, rows, name))
+            inside = False
+    if inside:
+        raise unfit(name, "a block in text form that ends with -3", "no end")
+    if not found:
+        raise unfit(name, f"{what} (*NODE FILE, {LETTERS[what]})", f"no block {block}")
+    return found
 
 
 _HEADINGS = {  # of the columns, by regular expressions

@@ -107,7 +107,8 @@ def read_lines(path: str | os.PathLike[str]) -> list[str]:
     if b"\0" in raw[:65536]:
         raise ProblemError(
             f"{name}: expected a text file, found a binary one (of the binary formats, Nastran OUTPUT4 can "
-            "be read; Abaqus: *MATRIX OUTPUT, FORMAT=MATRIX INPUT; Ansys: *EXPORT with MMF)"
+            "be read; Abaqus: *MATRIX OUTPUT, FORMAT=MATRIX INPUT; Ansys: *EXPORT with MMF; CalculiX: *NODE "
+            "FILE)"
         )
     text = raw.decode("utf-8-sig", errors="replace")
     if not text.strip():
