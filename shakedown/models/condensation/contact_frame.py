@@ -103,7 +103,7 @@ def _by_axes(normals: FloatArray) -> FloatArray:
     return np.eye(3)[np.where(steep, _least(along), everywhere)]
 
 
-def _least(along: FloatArray) -> NDArray[np.intp]:
+def _least(along: FloatArray) -> IntArray:
     """The column with the least number of every row, the first of those that are equal to round-off."""
     return np.argmax(along <= along.min(axis=1, keepdims=True) + NEGLIGIBLE, axis=1)
 
@@ -390,7 +390,7 @@ def _followed(
 
 
 def with_guides(
-    frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_]
+    frame: ContactFrame, table: IntArray, held: NDArray[np.bool_]
 ) -> tuple[ContactFrame, NDArray[np.bool_]]:
     """The frame with tangents along held directions; which slips are held while the normal is free, (dn,).
 
@@ -423,7 +423,7 @@ def with_guides(
 
 
 def out_of_plane_notes(
-    frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_], axes: tuple[int, int]
+    frame: ContactFrame, table: IntArray, held: NDArray[np.bool_], axes: tuple[int, int]
 ) -> tuple[str, ...]:
     """A note on contact nodes of a plane problem that are held in a third direction, across the plane.
 

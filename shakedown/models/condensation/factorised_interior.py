@@ -264,7 +264,7 @@ def _assembled(
     return corner, below, rest
 
 
-def _add(target: FloatArray, part: FloatArray, places: NDArray[np.intp]) -> None:
+def _add(target: FloatArray, part: FloatArray, places: IntArray) -> None:
     """Add a lower triangle to places of a larger one, column by column, as both lie in memory."""
     for k, place in enumerate(places.tolist()):
         target.T[place][places[k:]] += part[k:, k]
@@ -332,8 +332,8 @@ class Interior:
     T_c: sparse.csr_array
     T_i: sparse.csr_array
     T_h: sparse.csr_array
-    free: NDArray[np.intp]
-    held: NDArray[np.intp]
+    free: IntArray
+    held: IntArray
     lu: SuperLU | FrontFactors | None
 
     def schur(self) -> tuple[FloatArray, float]:
@@ -368,7 +368,7 @@ class Interior:
         wrong = np.abs(factors.schur[:, chosen] - reaction).max()
         return float(max(left, wrong) / max(np.abs(factors.schur).max(), np.finfo(float).tiny))
 
-    def loosest(self, dofs: NDArray[np.intp], places: Places | None) -> str:
+    def loosest(self, dofs: IntArray, places: Places | None) -> str:
         """The motion of the interior with the least resistance, in words."""
         K_ii = (self.T_i.T @ self.K @ self.T_i).tocsc()
         return loose_motion(K_ii, dofs[self.free], places)
@@ -405,7 +405,7 @@ class Interior:
 
 def interior_of(
     matrix: sparse.csr_array,
-    dofs: NDArray[np.intp],
+    dofs: IntArray,
     frame: ContactFrame,
     held: NDArray[np.bool_],
     guided: NDArray[np.bool_],
@@ -434,7 +434,7 @@ def interior_of(
 def _by_fronts(
     matrix: sparse.csr_array,
     T: sparse.csr_array,
-    dofs: NDArray[np.intp],
+    dofs: IntArray,
     places: Places | None,
 ) -> FrontFactors | None:
     """Factors of the interior, the first rows of Tᵀ K T.
@@ -465,7 +465,7 @@ def _by_fronts(
     return None if pivots.min() < DEFAULT.singular_pivot * pivots.max() else factors
 
 
-def _factorised(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places | None) -> SuperLU | None:
+def _factorised(K_ii: sparse.csc_array, dofs: IntArray, places: Places | None) -> SuperLU | None:
     if K_ii.shape[0] == 0:
         return None
     try:
@@ -489,7 +489,7 @@ def _factorised(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places |
     return lu
 
 
-def _loose(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places | None) -> str:
+def _loose(K_ii: sparse.csc_array, dofs: IntArray, places: Places | None) -> str:
     """The description of an interior that is not held, for a message."""
     expected = "K: expected an interior that the supports and the welded contact hold, found that it can move"
     try:

@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.ground.constants import ITERATIONS, NEGLIGIBLE, ROUND_OFF, FloatArray, IntArray
@@ -60,7 +59,7 @@ def changed_shapes(kind: tuple[int, int], place: FloatArray) -> FloatArray:
     return np.asarray(shapes(kind, place) @ corner_basis(np.array(between), kind[1]).toarray())
 
 
-def corner_basis(between: NDArray[np.intp], size: int, *, inverse: bool = False) -> sparse.csr_array:
+def corner_basis(between: IntArray, size: int, *, inverse: bool = False) -> sparse.csr_array:
     """T with u = T û, (size, size), or T⁻¹.
 
     ``between`` (t, 3) has an unknown between two corners, and those of the corners; −1 is one that is not

@@ -4,9 +4,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.shown_values import few
 from shakedown.models.condensation.factorised_interior import WeldedCase
@@ -39,7 +38,7 @@ class BoltSection:
     preload: float
     stiffness: float
     unit: LoadCase
-    rows: NDArray[np.intp]
+    rows: IntArray
     along: FloatArray | None
 
     def pull(self, own: WeldedCase, other: WeldedCase) -> float:
@@ -133,7 +132,7 @@ def bolt_notes(
         )
 
 
-def check_held(bolts: Sequence[BoltSection], held: NDArray[np.intp], dofs: NDArray[np.intp]) -> None:
+def check_held(bolts: Sequence[BoltSection], held: IntArray, dofs: IntArray) -> None:
     """Refuse a bolt whose head or nut is held, by a support or a load, where the shank pulls."""
     for bolt in bolts:
         if bolt.unit.force is not None and (on := held[bolt.unit.force[held] != 0]).size:
@@ -223,7 +222,7 @@ def _about(
     return np.asarray(changed)
 
 
-def _end(table: TomlTable, key: str, context: ImportContext) -> tuple[NDArray[np.intp], FloatArray]:
+def _end(table: TomlTable, key: str, context: ImportContext) -> tuple[IntArray, FloatArray]:
     """The nodes of a node set (or one node), and the share of an even pressure that each carries."""
     value = table.take(key, "a node set, or a node", required=True)
     where, mesh = table.at(key), context.mesh

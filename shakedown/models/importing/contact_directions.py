@@ -1,9 +1,8 @@
 """Normals of the contact nodes, and the plane or the tangents in which they slip."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import THREE_DIGITS, FloatArray
+from shakedown.ground.constants import THREE_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import found_in
 from shakedown.models.condensation.contact_frame import PLANE, SPACE, Axes
 from shakedown.models.readers.mesh import Mesh
@@ -14,7 +13,7 @@ from shakedown.models.readers.toml_table import TomlTable
 def contact_directions(
     table: TomlTable,
     mesh: Mesh,
-    first: NDArray[np.intp],
+    first: IntArray,
     *,
     assume_plane: bool = True,
     faces: FloatArray | None = None,

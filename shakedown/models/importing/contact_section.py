@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.joint.contact_surface import NEIGHBOURS
 from shakedown.joint.places import arc_lengths, faces_among, strips
@@ -87,15 +87,15 @@ class ContactSection:
     assumed: bool
     surface: str | None
     normals_are_given: bool
-    labels: NDArray[np.intp]
-    tied: NDArray[np.intp] | None
+    labels: IntArray
+    tied: IntArray | None
     x: FloatArray | None
     coordinates: FloatArray | None
     gap: FloatArray
     gap_is_stated: bool
     area: FloatArray | None
     sorted_by_place: bool
-    middle_nodes: NDArray[np.intp]
+    middle_nodes: IntArray
     coupling: NodeCoupling | None
     name: str = ""
     friction: Friction | None = None
@@ -112,7 +112,7 @@ class ContactSection:
         return self.coupling if isinstance(self.coupling, SurfaceCoupling) else None
 
     @property
-    def first(self) -> NDArray[np.intp]:
+    def first(self) -> IntArray:
         """Contact nodes of the first body, (n,)."""
         return self.labels if self.labels.ndim == 1 else self.labels[:, 0]
 
@@ -123,18 +123,18 @@ class ContactSection:
             return self.coupling
         return coupling_of_nodes(self.labels, self.unit_normals, self.middle_nodes)
 
-    def positions(self, labels: NDArray[np.intp]) -> NDArray[np.intp]:
+    def positions(self, labels: IntArray) -> IntArray:
         """Where nodes of the first body stand in it."""
         place = {label: k for k, label in enumerate(self.first.tolist())}
         return np.array([place[label] for label in labels.tolist()], dtype=np.intp)
 
     @property
-    def moved(self) -> NDArray[np.intp]:
+    def moved(self) -> IntArray:
         """Nodes that unit displacements move: those of the first body, then those of the second."""
         return np.array(list(dict.fromkeys([*self.first.tolist(), *self.met.master.tolist()])), dtype=np.intp)
 
     @property
-    def clamped(self) -> NDArray[np.intp]:
+    def clamped(self) -> IntArray:
         """Nodes that are held in a static run in which both bodies are held apart, (c,)."""
         beside = [part.surfaces.uncovered for part in self.parts if part.surfaces is not None]
         return np.unique(np.concatenate([self.moved, *beside]))
@@ -145,7 +145,7 @@ class ContactSection:
         return self.labels.ndim > 1 or self.coupling is not None
 
     @property
-    def facing(self) -> NDArray[np.intp]:
+    def facing(self) -> IntArray:
         """Every node and its partner, (n, 2): the node of the largest weight, or without one itself."""
         found = np.column_stack([self.first, self.first])
         found[self.positions(self.met.labels), 1] = self.met.partner
@@ -165,7 +165,7 @@ class ContactSection:
         return tuple(f"{self.name}: {own}" if self.name else own for own in node_names(self.labels))
 
     @property
-    def numbers(self) -> NDArray[np.intp]:
+    def numbers(self) -> IntArray:
         """Which of its parts every node belongs to, (n,), from 0."""
         return np.repeat(np.arange(len(self.parts)), [len(part.labels) for part in self.parts])
 
@@ -231,7 +231,7 @@ def contact_section(
     return contact
 
 
-def contact_nodes(table: TomlTable, mesh: Mesh) -> tuple[NDArray[np.intp], bool]:
+def contact_nodes(table: TomlTable, mesh: Mesh) -> tuple[IntArray, bool]:
     """Contact nodes (n,) or pairs (n, 2), and whether sets named them.
 
     Raises
@@ -303,7 +303,7 @@ def coupled_surfaces(table: TomlTable, mesh: Mesh) -> tuple[SurfaceCoupling | No
     return found, key if key in mesh.surfaces else None
 
 
-def faces_between(contact: ContactSection, mesh: Mesh) -> NDArray[np.intp] | None:
+def faces_between(contact: ContactSection, mesh: Mesh) -> IntArray | None:
     """The corners of a contact's faces in space as numbers of its nodes, (k, 4); None for a plane one."""
     if contact.axes != SPACE:
         return None
@@ -411,8 +411,8 @@ def _array(table: TomlTable, key: str, kind: type, shape: tuple[int | None, ...]
 def _areas(
     table: TomlTable,
     mesh: Mesh,
-    first: NDArray[np.intp],
-    between: NDArray[np.intp],
+    first: IntArray,
+    between: IntArray,
     coupling: SurfaceCoupling | None,
     named: str | None,
 ) -> FloatArray | None:

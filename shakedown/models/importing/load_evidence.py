@@ -4,9 +4,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray, IntArray
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.models.condensation.contact_frame import ContactFrame, in_space
@@ -131,9 +130,7 @@ class Resultants:
             if (bears and not body.free) or np.nanmax(np.abs(carried[keys])) > SIX_DIGITS * size:
                 yield self._part(f"supports, {body.name}", carried)
 
-    def _wrench(
-        self, nodes: NDArray[np.intp], forces: FloatArray, among: NDArray[np.intp] | None = None
-    ) -> FloatArray:
+    def _wrench(self, nodes: IntArray, forces: FloatArray, among: IntArray | None = None) -> FloatArray:
         """Force and moment, (6,), of forces (k, 3), or with moments (k, 6), at nodes, or at some of them."""
         if among is not None:
             nodes, forces = nodes[own := np.isin(nodes, among)], forces[own]

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import DIRECTIONS, MANY, PER_CENT, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import DIRECTIONS, MANY, PER_CENT, SIX_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.models.condensation.condense import Condensation
 from shakedown.models.condensation.load_case import LoadCase
@@ -23,10 +22,10 @@ from shakedown.models.readers.nodal_vectors import NodalVectors, What
 from shakedown.models.readers.text import InputFiles, listed, quoted, read_lines, read_table, unfit
 from shakedown.models.readers.toml_table import TomlTable, Values, is_number, shown, values_of
 
+Factors = tuple[FloatArray, tuple[str, ...]]  # at the load steps, () or (m,); doubts about them
 
-def time_function(
-    table: TomlTable, steps: int | None, files: InputFiles
-) -> tuple[FloatArray, tuple[str, ...]]:
+
+def time_function(table: TomlTable, steps: int | None, files: InputFiles) -> Factors:
     """The key ``history`` of a load: factors at the load steps t = k/m of one period, () or (m,), and doubts.
 
     A number is a constant; a list holds the factors themselves; a table holds
@@ -80,7 +79,7 @@ def _steps(table: TomlTable, steps: int | None) -> FloatArray:
     return np.arange(steps) / steps
 
 
-def _harmonics(table: TomlTable, t: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
+def _harmonics(table: TomlTable, t: FloatArray) -> Factors:
     constant, terms = table.number("constant", 0.0) or 0.0, list[tuple[int, float, float]]()
     for term in table.tables("harmonics"):
         order = term.integer("order") if term.has("order") else 1
@@ -101,7 +100,7 @@ def _harmonics(table: TomlTable, t: FloatArray) -> tuple[FloatArray, tuple[str, 
     return _checked(at(t), at(fine))
 
 
-def _checked(sampled: FloatArray, peaks: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
+def _checked(sampled: FloatArray, peaks: FloatArray) -> Factors:
     """Factors, and a doubt where the function goes further at its ``peaks``, between the load steps."""
     low, high = peaks.min(), peaks.max()
     share = max(high - sampled.max(), sampled.min() - low) / (high - low) if high > low else 0.0
@@ -114,14 +113,12 @@ def _checked(sampled: FloatArray, peaks: FloatArray) -> tuple[FloatArray, tuple[
     )
 
 
-def _straight(
-    t: FloatArray, times: FloatArray, values: FloatArray, *, whole: bool
-) -> tuple[FloatArray, tuple[str, ...]]:
+def _straight(t: FloatArray, times: FloatArray, values: FloatArray, *, whole: bool) -> Factors:
     """Straight lines between values; closed from the last to the first, unless they are ``whole`` periods."""
     return _checked(np.interp(t, times, values, period=None if whole else 1.0), values)
 
 
-def _points(table: TomlTable, t: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
+def _points(table: TomlTable, t: FloatArray) -> Factors:
     times, values = np.array(table.array("points", float, (None, 2)), dtype=float).T
     down = np.flatnonzero(np.diff(times) < 0)
     if times.min() < 0 or times.max() > 1 or down.size:
@@ -132,7 +129,7 @@ def _points(table: TomlTable, t: FloatArray) -> tuple[FloatArray, tuple[str, ...
     return _straight(t, times, values, whole=times[-1] == 1 and times[0] == 0)
 
 
-def _from_file(table: TomlTable, steps: int | None, files: InputFiles) -> tuple[FloatArray, tuple[str, ...]]:
+def _from_file(table: TomlTable, steps: int | None, files: InputFiles) -> Factors:
     name, column, time = str(table.text("file")), table.key_of_column("column"), table.key_of_column("time")
     period = table.number("period")
     rows = files.read(name, read_table, table.at("file"))
@@ -173,7 +170,7 @@ class LoadSection:
     """A load case, the rows that it moves, and doubts."""
 
     case: LoadCase
-    prescribed: NDArray[np.intp]
+    prescribed: IntArray
     doubts: tuple[str, ...] = ()
 
 
@@ -311,7 +308,7 @@ def held_keys(supports: TomlTable, loads: Sequence[TomlTable], mesh: Mesh) -> se
     return held.union(*(values_of(mesh, load.copy(), "displacements") or () for load in loads))
 
 
-def held_rows(supports: TomlTable, context: ImportContext, loads: list[LoadSection]) -> NDArray[np.intp]:
+def held_rows(supports: TomlTable, context: ImportContext, loads: list[LoadSection]) -> IntArray:
     """The rows that ``[supports]`` and prescribed displacements keep from moving freely."""
     fixed = values_of(context.mesh, supports, "fixed", valued=False)
     supports.done()

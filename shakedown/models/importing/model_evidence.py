@@ -20,6 +20,7 @@ from shakedown.ground.constants import (
     SIX_DIGITS,
     THREE_DIGITS,
     FloatArray,
+    IntArray,
 )
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.tolerances import DEFAULT
@@ -243,7 +244,7 @@ class ModelBody(Result):
     """
 
     name: str
-    nodes: NDArray[np.intp]
+    nodes: IntArray
     free: tuple[str, ...]
     contact_nodes: int
 
@@ -275,10 +276,10 @@ class ModelEvidence(Result):
     """
 
     bodies: tuple[ModelBody, ...]
-    patches: NDArray[np.intp]
+    patches: IntArray
     pairs: tuple[PairDistances | None, ...]
     rigid_residual: float
-    alone: NDArray[np.intp]
+    alone: IntArray
     warnings: tuple[str, ...]
 
     @property
@@ -298,7 +299,7 @@ class ModelEvidence(Result):
 def model_evidence(
     stiffness: Stiffness,
     contact: ContactSection,
-    rows: NDArray[np.intp],
+    rows: IntArray,
     mesh: Mesh,
     warnings: tuple[str, ...],
     alone: NDArray[np.bool_],
@@ -411,7 +412,7 @@ def rigid_motions_of_bodies(
 
 def free_motions(
     stiffness: Stiffness,
-    rows: NDArray[np.intp],
+    rows: IntArray,
     held: NDArray[np.bool_],
     places: Mapping[int, Sequence[float]] | None,
     *,

@@ -13,9 +13,8 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import PER_CENT, FloatArray
+from shakedown.ground.constants import PER_CENT, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.joint.problem import COARSEST
 from shakedown.models.importing.contact_section import ContactSection
@@ -70,7 +69,7 @@ class ImportContext:
     steps: int | None
     checked: bool = False  # whether [check] names a run that the reactions of others can rely on
 
-    def rows(self, where: str, values: Values) -> NDArray[np.intp]:
+    def rows(self, where: str, values: Values) -> IntArray:
         """Rows of (node, direction) pairs."""
         with found_in(where):
             return self.stiffness.rows(list(values))
@@ -116,7 +115,7 @@ def stiffness_section(table: TomlTable, contact: ContactSection, mesh: Mesh, fil
     )
 
 
-def _with_internal_nodes(dofs: NDArray[np.intp], mesh: Mesh, where: str) -> NDArray[np.intp]:
+def _with_internal_nodes(dofs: IntArray, mesh: Mesh, where: str) -> IntArray:
     """The rows, those that are no displacements as internal nodes: bolts' sections, incompatible modes."""
     if mesh.sections and mesh.matrix_by != CALCULIX:
         raise ProblemError(

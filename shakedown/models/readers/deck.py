@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.formats import Format, has
 from shakedown.models.readers.mapped_matrices import implied_rows
@@ -34,7 +33,7 @@ _INCLUDE = re.compile(r"\*INCLUDE\s*(?:,\s*INPUT\s*=\s*\"?([^\",]+))?", re.IGNOR
 _IN_A_FILE = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "EQUATION")  # may stand in a file of their own
 _READ = (*_IN_A_FILE, "TRANSFORM", "ELASTIC", "PART", "INSTANCE", "SYSTEM")  # whose lines count
 
-Labels = NDArray[np.intp]
+Labels = IntArray
 Sets = dict[str, Labels]
 
 

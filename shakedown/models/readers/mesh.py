@@ -7,9 +7,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from shakedown.ground.constants import NEGLIGIBLE, THREE_DIGITS, FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, THREE_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.joint.places import without_cancelled
 from shakedown.models.condensation.surface_mesh import ContactSurface
@@ -138,9 +138,9 @@ class Mesh:
     """
 
     name: str
-    labels: NDArray[np.intp]
+    labels: IntArray
     coordinates: FloatArray
-    node_sets: dict[str, NDArray[np.intp]] = field(default_factory=dict)
+    node_sets: dict[str, IntArray] = field(default_factory=dict)
     surfaces: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     elements: Mapping[int, Element] = field(default_factory=dict)
     rotated: Mapping[int, Orientation] = field(default_factory=dict)
@@ -151,12 +151,12 @@ class Mesh:
     sections: tuple[int, ...] = ()
     incompatible: int = 0
     unusable: Mapping[str, str] = field(default_factory=dict)
-    element_sets: Mapping[str, NDArray[np.intp]] = field(default_factory=dict)
+    element_sets: Mapping[str, IntArray] = field(default_factory=dict)
     spelled: Mapping[str, str] = field(default_factory=dict)
     frames: Mapping[int, FloatArray] = field(default_factory=dict)
 
     @classmethod
-    def of_nodes(cls, labels: NDArray[np.intp], coordinates: FloatArray, name: str) -> "Mesh":
+    def of_nodes(cls, labels: IntArray, coordinates: FloatArray, name: str) -> "Mesh":
         """Nodes without elements; ``ProblemError`` if a label occurs twice."""
         repeated = [label for label, count in Counter(labels.tolist()).items() if count > 1]
         if repeated:
@@ -173,7 +173,7 @@ class Mesh:
         """Whether there are any nodes, as there are none where a configuration names no file."""
         return bool(self.labels.size)
 
-    def nodes(self, name: str) -> NDArray[np.intp]:
+    def nodes(self, name: str) -> IntArray:
         """Labels of a node set or of the nodes of a surface, in the order of the file.
 
         Raises

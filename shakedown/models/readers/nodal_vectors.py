@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any, Literal, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
-from shakedown.ground.constants import SEVEN_DIGITS, FloatArray
+from shakedown.ground.constants import SEVEN_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.condensation.stiffness_checks import asymmetry
@@ -57,14 +56,12 @@ class NodalVectors:
     what: What
     node_sets: tuple[str, ...]
     time: float
-    nodes: NDArray[np.intp]
+    nodes: IntArray
     vectors: FloatArray
     by_calculix: bool = False
     local: frozenset[int] = frozenset()
 
-    def at(
-        self, nodes: NDArray[np.intp], axes: tuple[int, ...], tied: NDArray[np.intp] | None = None
-    ) -> FloatArray:
+    def at(self, nodes: IntArray, axes: tuple[int, ...], tied: IntArray | None = None) -> FloatArray:
         """Components at nodes in two or three directions, (k, 2), with those of nodes tied to them added.
 
         Raises
@@ -78,7 +75,7 @@ class NodalVectors:
             return self.at(nodes, axes) + self.at(tied, axes)
         return self.vectors[self.places(nodes)][:, [axis - 1 for axis in axes]]
 
-    def places(self, nodes: NDArray[np.intp], what: str = "contact node") -> list[int]:
+    def places(self, nodes: IntArray, what: str = "contact node") -> list[int]:
         """The positions of nodes in the table; ``ProblemError`` if one was not printed."""
         index = {int(node): k for k, node in enumerate(self.nodes)}
         absent = [int(node) for node in nodes if int(node) not in index]
@@ -116,9 +113,7 @@ def combined(steps: Sequence[NodalVectors], factors: Sequence[float]) -> NodalVe
     )
 
 
-def in_model_directions(
-    run: NodalVectors, directions: Callable[[NDArray[np.intp]], FloatArray]
-) -> NodalVectors:
+def in_model_directions(run: NodalVectors, directions: Callable[[IntArray], FloatArray]) -> NodalVectors:
     """The vectors in components along x, y, z; ``directions`` has the axes of every node, (k, 3, 3).
 
     Examples
@@ -207,10 +202,10 @@ def step_of(
 
 def unit_displacement_stiffness(
     steps: list[NodalVectors],
-    nodes: NDArray[np.intp],
+    nodes: IntArray,
     *,
     axes: tuple[int, ...] = (1, 2),
-    tied: NDArray[np.intp] | None = None,
+    tied: IntArray | None = None,
 ) -> Stiffness:
     """The condensed stiffness from one static step per contact degree of freedom.
 
@@ -397,17 +392,13 @@ def _keys(table: NumberTable, what: What) -> list[str | int]:
 
 
 _FRD = "the results of a CalculiX run (.frd); they are of a load: its key 'open', 'reactions' or 'thermal'"
-_OF_DAT: dict[str, Callable[..., Any]] = {"stiffness": refuse_as_stiffness, "vectors": read_calculix_output}
+_OF_RUN: dict[str, Callable[..., Any]] = {"vectors": read_calculix_output}
+_OF_DAT = _OF_RUN | {"stiffness": refuse_as_stiffness}
 _OF_TABLE = _OF_DAT | {"vectors": read_vectors_table}
 FORMATS = (
     Format("frd", _FRD, {"vectors": read_frd}, begins=lambda text: text.startswith("    1C")),
     Format("reactions", "reactions", _OF_DAT, contains=has(HEADINGS["reactions"])),
-    Format(
-        "displacements",
-        "displacements",
-        {"vectors": read_calculix_output},
-        contains=has(HEADINGS["displacements"]),
-    ),
+    Format("displacements", "displacements", _OF_RUN, contains=has(HEADINGS["displacements"])),
     Format("reactions", "reactions", _OF_TABLE, begins=is_reactions_table),
     Format("vectors", "a table", {"vectors": read_vectors_table}),
 )

@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import LARGEST_LABEL, FloatArray
+from shakedown.ground.constants import LARGEST_LABEL, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.regular_file import open_regular
 from shakedown.ground.shown_values import LONGEST_VALUE
@@ -168,7 +167,7 @@ def rows_of_numbers(
     return places, np.array(rows).reshape(-1, width)
 
 
-def whole_numbers(table: FloatArray, places: Sequence[int], name: str, which: str = "") -> NDArray[np.intp]:
+def whole_numbers(table: FloatArray, places: Sequence[int], name: str, which: str = "") -> IntArray:
     """Columns of whole numbers; ``ProblemError`` names the line (``places``) of the first that is none."""
     wrong = (table != np.round(table)) | (np.abs(table) >= LARGEST_WHOLE)
     if wrong.any():

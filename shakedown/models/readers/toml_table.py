@@ -8,9 +8,8 @@ from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import LARGEST_LABEL, READ_AT_ONCE
+from shakedown.ground.constants import LARGEST_LABEL, READ_AT_ONCE, IntArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.shown_values import visible
 from shakedown.models.readers.mesh import Mesh
@@ -235,7 +234,7 @@ def _fits(value: Any, kind: type, shape: tuple[int | None, ...]) -> bool:
 Values = dict[tuple[int, int], float]  # {(node, direction): value}
 
 
-def nodes_of(mesh: Mesh, name: str, where: str) -> NDArray[np.intp]:
+def nodes_of(mesh: Mesh, name: str, where: str) -> IntArray:
     """Labels of a node set or surface.
 
     Raises
@@ -250,7 +249,7 @@ def nodes_of(mesh: Mesh, name: str, where: str) -> NDArray[np.intp]:
         return mesh.nodes(name)
 
 
-def labels_of(mesh: Mesh, node: Any, where: str) -> NDArray[np.intp]:
+def labels_of(mesh: Mesh, node: Any, where: str) -> IntArray:
     """The labels that a node, or the name of a set, stands for; ``ProblemError`` if it is neither."""
     if isinstance(node, str):
         return nodes_of(mesh, node, where)
