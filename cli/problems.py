@@ -17,7 +17,7 @@ from shakedown.models.importing.templates import (
 from shakedown.report.data_facts import examples_sheet, import_sheet, written_sheet
 
 from . import options
-from .command import Answer, command, remark, say
+from .command import Answer, command, say
 from .options import option
 
 
@@ -80,7 +80,7 @@ def import_command(
         raise click.UsageError("Missing option '-o' / '--output' (or --check)")
     to = [] if output is None else ["-o", str(output)]
     again = shlex.join(["shakedown-bounds", "import", str(config), *to])
-    made = options.imported("CONFIG.toml", config, command=again, announce=remark)
+    made = options.imported("CONFIG.toml", config, command=again)
     if picture is not None:
         from shakedown import plot  # only where a picture is wanted
         from shakedown.models.importing.contact_figure import contact_picture

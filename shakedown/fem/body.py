@@ -261,7 +261,9 @@ class ElasticBody:
         for facet in self.facets(boundary):
             corners = np.asarray(mesh.facets[:, facet])
             if self.dimension == 3:
-                corners = self._around(corners)
+                arms = self.positions(corners) - self.positions(corners).mean(axis=0)
+                first, second = np.linalg.svd(arms)[2][:2]
+                corners = corners[np.argsort(np.arctan2(arms @ second, arms @ first))]  # in order around it
             between = self._between(int(facet), corners) if self.order == 2 else ()
             facets.append(np.array([*corners.tolist(), *between]))
             inside.append(mesh.p[:, mesh.t[:, mesh.f2t[0, facet]]].mean(axis=1))
@@ -279,12 +281,6 @@ class ElasticBody:
         middles = np.vstack([0.5 * (at + np.roll(at, -1, axis=0)), at.mean(axis=0)])
         apart = np.linalg.norm(self.positions(others)[None] - middles[:, None], axis=2)
         return [int(others[k]) for k in apart[: len(others)].argmin(axis=1)]
-
-    def _around(self, corners: IntArray) -> IntArray:
-        """Corners of a face in order around it."""
-        arms = self.positions(corners) - self.positions(corners).mean(axis=0)
-        first, second = np.linalg.svd(arms)[2][:2]
-        return corners[np.argsort(np.arctan2(arms @ second, arms @ first))]
 
     def normals_on(self, boundary: str) -> tuple[IntArray, FloatArray]:
         """Nodes of a named boundary, (n,), and unit normals into the body there, (n, 2) or (n, 3).

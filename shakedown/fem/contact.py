@@ -34,7 +34,7 @@ from shakedown.joint.places import (
 )
 from shakedown.joint.problem import Problem
 from shakedown.models.condensation.condense import Condensation, condensed_stiffness
-from shakedown.models.condensation.contact_frame import node_names, patch_positions
+from shakedown.models.condensation.contact_frame import in_space, node_names, patch_positions
 from shakedown.models.condensation.load_case import LoadCase, without_closing
 from shakedown.models.condensation.stiffness_checks import with_shanks
 from shakedown.models.condensation.surface_coupling import SurfaceCoupling, surface_coupling
@@ -57,7 +57,6 @@ def contact_problem(
     steps: int | None = None,
     name: str = "",
     units: str = "",
-    announce: Callable[[str], None] | None = None,
 ) -> Problem:
     """The problem of a body on a rigid obstacle, or on a second body.
 
@@ -101,8 +100,6 @@ def contact_problem(
         ``warnings`` of the problem says so: the period closes by itself.
     name, units
         As in :class:`shakedown.Problem`.
-    announce
-        Is told, before it begins, what the condensation of a large solid will take (``print``, say).
 
     Raises
     ------
@@ -120,7 +117,7 @@ def contact_problem(
     (8, 5)
     """
     f, gap = real_array("f", f), gap if callable(gap) else real_array("gap", gap)
-    joint = _Joint(body, boundary, against, bolts, coupling, reach, tangent, announce)
+    joint = _Joint(body, boundary, against, bolts, coupling, reach, tangent)
     cases, closing = without_closing(joint.cases(steps, modal), steps)
     frame = joint.reduced.frame
     plane = frame.directions == 1
@@ -139,9 +136,9 @@ def contact_problem(
         name=name,
         units=units,
         label=label,
-        coordinates=_in_space(joint.place),
-        normal=_in_space(frame.normals),
-        tangent=_in_space(frame.tangents) if plane else None,
+        coordinates=in_space(joint.place),
+        normal=in_space(frame.normals),
+        tangent=in_space(frame.tangents) if plane else None,
         node_area=area,
         faces=None if plane else faces_among(np.array(joint.surface.split()), own.tolist()),
         load_names=tuple(case.name for case in cases),
@@ -156,7 +153,11 @@ def contact_problem(
                 "free": "held, statically determinate, for the condensation alone" if joint.free else None,
                 "modes": tuple({"mode": load.mode, "frequency": load.frequency} for load in modal),
             },
-            (*closing, *bearing_no_pressure(area, label), *joint.warnings),
+            (
+                *closing,
+                *bearing_no_pressure(area, label),
+                *(() if joint.coupling is None else joint.coupling.warnings),
+            ),
         ),
     )
 
@@ -171,10 +172,9 @@ def contact_condensation(
     reach: float | None = None,
     bolts: Sequence[Bolt] = (),
     tangent: ArrayLike | None = None,
-    announce: Callable[[str], None] | None = None,
 ) -> Condensation:
     """The condensed stiffness alone, with its evidence (rigid motions, residual)."""
-    return _Joint(body, boundary, against, bolts, coupling, reach, tangent, announce).reduced
+    return _Joint(body, boundary, against, bolts, coupling, reach, tangent).reduced
 
 
 @checked
@@ -224,7 +224,11 @@ def modal_load(
     """
     joint = _Joint(body, boundary, against, bolts, coupling, reach)
     opened = node_numbers("open nodes", open_nodes, joint.reduced.n)
-    frequency, shape, force = joint.mode(mode, opened)
+    M = sparse.csr_array(sparse.block_diag([mass_of(b) for b in joint.bodies], format="csr"))
+    motions = sparse.csr_array(joint.ties @ joint.reduced.motions(opened, released=joint.free))
+    rigid = body.dimension * (body.dimension + 1) // 2 if joint.free else 0
+    frequency, shape = stuck_mode(joint.stiffness, M, motions, mode, rigid)
+    force = np.asarray(M @ shape)
     return ModalLoad(mode, frequency, shape, force, joint.free, sine if history is None else history)
 
 
@@ -244,7 +248,6 @@ class _Joint:
         coupling: str,
         reach: float | None,
         tangent: ArrayLike | None = None,
-        announce: Callable[[str], None] | None = None,
     ) -> None:
         self.bodies = [body] if against is None else [body, against[0]]
         if against is not None and against[0].dimension != body.dimension:
@@ -297,13 +300,7 @@ class _Joint:
             coupling=self.coupling,
             middle_nodes=self.middle_nodes,
             places=places if body.dimension == 3 else None,
-            announce=announce,
         )
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What is doubtful of the coupling."""
-        return () if self.coupling is None else self.coupling.warnings
 
     def areas(self, area: FloatArray, own: IntArray, thickness: float) -> FloatArray:
         """The area that each node stands for, in the basis of the contact.
@@ -330,22 +327,15 @@ class _Joint:
         for load in modal:
             if load.force.shape != (self.size,):
                 raise ProblemError(f"mode {load.mode}: expected the mode of these bodies, found another")
-            found.append(load.case(steps))
+            history = sampled(load.history, steps, "ModalLoad")
+            mode = f"mode {load.mode}"
+            found.append(LoadCase(history=history, force=load.force, frequency=load.frequency, name=mode))
         if not found:
             raise ProblemError("loads: expected at least one load on a body, found none")
         if self.free:
             places = np.concatenate([b.basis.doflocs.T for b in self.bodies])
             check_balanced(found, places, np.concatenate([b.dofs[:, 1] for b in self.bodies]))
         return [_reduced(case, self.ties) for case in found]
-
-    def mode(self, number: int, open_nodes: Sequence[int]) -> tuple[float, FloatArray, FloatArray]:
-        """Circular frequency, shape and inertia forces (N,) of a mode with the contact stuck."""
-        M = sparse.csr_array(sparse.block_diag([mass_of(b) for b in self.bodies], format="csr"))
-        motions = sparse.csr_array(self.ties @ self.reduced.motions(open_nodes, released=self.free))
-        d = self.bodies[0].dimension
-        rigid = d * (d + 1) // 2 if self.free else 0
-        frequency, shape = stuck_mode(self.stiffness, M, motions, number, rigid)
-        return frequency, shape, np.asarray(M @ shape)
 
 
 def _reduced(case: LoadCase, ties: sparse.csr_array) -> LoadCase:
@@ -358,11 +348,6 @@ def _all_places(bodies: Sequence[ElasticBody], shift: int) -> dict[int, list[flo
     """Where the nodes of all bodies are, by their labels in the common numbering."""
     own = [body.positions(np.arange(body.dofs[:, 0].max() + 1)).tolist() for body in bodies]
     return {k * shift + node: place for k, places in enumerate(own) for node, place in enumerate(places)}
-
-
-def _in_space(vectors: FloatArray) -> FloatArray:
-    """Vectors of the plane, (n, 2), as vectors (n, 3); those of space as they are."""
-    return vectors if vectors.shape[1] == 3 else np.column_stack([vectors, np.zeros(len(vectors))])
 
 
 def _in_symmetry_planes(body: ElasticBody, nodes: IntArray, normals: FloatArray) -> FloatArray:

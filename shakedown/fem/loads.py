@@ -22,6 +22,7 @@ from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray, IntAr
 from shakedown.ground.errors import ProblemError, SolverError
 from shakedown.joint.result import Result
 from shakedown.models.condensation.load_case import LoadCase, histories
+from shakedown.models.condensation.surface_mesh import shapes
 
 Field = float | Callable[[FloatArray], FloatArray]
 History = ArrayLike | Callable[[FloatArray], FloatArray]
@@ -56,17 +57,13 @@ class Load(ABC):
         """What the load holds in place: a prescribed displacement does, a force does not."""
         return None
 
-    def sampled(self, steps: int | None) -> ArrayLike | None:
-        """The factor at the load steps, if there is a history; ``steps`` is needed where it is a function."""
-        return sampled(self.history, steps, type(self).__name__)
-
     def cases(self, body: ElasticBody, steps: int | None, rows: slice, size: int) -> list[LoadCase]:
         """The load case in a model of ``size`` rows where the body has ``rows``."""
         force, displacement = np.zeros(size), np.zeros(size)
         force[rows], displacement[rows] = self.nodal(body)
         return [
             LoadCase(
-                history=self.sampled(steps),
+                history=sampled(self.history, steps, type(self).__name__),
                 force=force,
                 displacement=displacement,
                 mean=self.mean,
@@ -255,7 +252,11 @@ class RollingLoad:
         found, sense = np.zeros(body.basis.N), -1.0 if self.backwards else 1.0
         from_middle = sense * 2 * np.pi * (np.arange(self.elements) + t) / self.elements
         from_middle = _within_half_a_turn(from_middle)
-        for angle, force in zip(from_middle.tolist(), self._forces(from_middle).tolist(), strict=True):
+        if callable(self.force):
+            forces = np.asarray(self.force(from_middle), dtype=float)
+        else:
+            forces = self.force * np.clip(np.cos(from_middle), 0.0, None) ** 1.5
+        for angle, force in zip(from_middle.tolist(), forces.tolist(), strict=True):
             for start, extent, nodes in facets:
                 low = _within_half_a_turn(start + 0.5 * extent - self.direction - angle) - 0.5 * extent
                 # s = b sin φ turns the half ellipse 2 F / (π b) √(1 − s²/b²) ds into 2 F / π cos² φ dφ
@@ -267,15 +268,9 @@ class RollingLoad:
                 turn, share = arc * np.sin(phi), (arc * np.sin(phi) - low) / extent
                 at = self.direction + angle + turn
                 towards = outwards * np.array([np.cos(at), np.sin(at)])
-                for node, shape in zip(nodes, _shapes(share, len(nodes)), strict=True):
+                for node, shape in zip(nodes, shapes((2, len(nodes)), 2 * share[:, None] - 1).T, strict=True):
                     found[row[node, 1:]] += towards @ (pressing * shape)
         return found
-
-    def _forces(self, from_middle: FloatArray) -> FloatArray:
-        """The loads of elements at some angles from the middle of the load zone."""
-        if callable(self.force):
-            return np.asarray(self.force(from_middle), dtype=float)
-        return self.force * np.clip(np.cos(from_middle), 0.0, None) ** 1.5
 
     def _raceway(self, body: ElasticBody) -> tuple[float, float, list[tuple[float, float, list[int]]]]:
         """Radius; 1 where the body is outside of the circle, else −1; start, extent, nodes of each facet."""
@@ -305,14 +300,6 @@ class RollingLoad:
 def _within_half_a_turn(angle: Any) -> Any:
     """Angles brought into [−π, π)."""
     return (np.asarray(angle) + np.pi) % (2 * np.pi) - np.pi
-
-
-def _shapes(share: FloatArray, nodes: int) -> list[FloatArray]:
-    """Shape functions of a facet's two ends, and of its middle where it has one, at shares of its length."""
-    ends = [1.0 - share, share]
-    if nodes == 2:
-        return ends
-    return [N * (2.0 * N - 1.0) for N in ends] + [4.0 * ends[0] * ends[1]]
 
 
 def sampled(history: History | None, steps: int | None, what: str) -> ArrayLike | None:
@@ -424,11 +411,6 @@ class ModalLoad(Result):
     free: bool
     history: History
 
-    def case(self, steps: int | None) -> LoadCase:
-        """The load case in a model of all bodies."""
-        history = sampled(self.history, steps, "ModalLoad")
-        return LoadCase(history=history, force=self.force, frequency=self.frequency, name=f"mode {self.mode}")
-
 
 def sine(t: FloatArray) -> FloatArray:
     """One sine in a period."""
@@ -494,8 +476,6 @@ def check_balanced(cases: Sequence[LoadCase], places: FloatArray, direction: Int
 
     ``places`` (N, 2) or (N, 3) and ``direction`` (N,) of the rows of the forces.
     """
-    if not cases:
-        return
     motion, factors = rigid_motion(places)[np.arange(len(places)), direction - 1], histories(cases)
     forces = np.array([case.force for case in cases])
     known = [part for part in (factors.period, factors.mean, factors.transient) if part is not None]

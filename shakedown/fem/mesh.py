@@ -3,7 +3,7 @@
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import is_dataclass, replace
 from math import inf, isfinite
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ import numpy as np
 from skfem import Mesh, MeshHex, MeshQuad
 
 from shakedown import __version__
-from shakedown.fem.body import AXES, KINDS, BodyLoad, ElasticBody, Material
+from shakedown.fem.body import AXES, KINDS, ElasticBody, Material
 from shakedown.ground.constants import EACH_SHOWN, FloatArray
 from shakedown.ground.errors import ProblemError
 from shakedown.joint.arguments import checked
@@ -226,12 +226,6 @@ def _named(raw: MeshOfFile, shape: str) -> Mesh:
 
 
 Entry = dict[str, Any]  # of a JSON object
-TYPES = {  # what shapes of the first and the second order are called
-    "hexahedron": ("trilinear hexahedra", "triquadratic hexahedra"),
-    "tetrahedron": ("linear tetrahedra", "quadratic tetrahedra"),
-    "triangle": ("linear triangles", "quadratic triangles"),
-    "quadrilateral": ("bilinear quadrilaterals", "biquadratic quadrilaterals"),
-}
 
 
 def origin_text(
@@ -267,20 +261,20 @@ def origin_text(
         "made_by": "shakedown.fem.contact_problem",
         "steps": steps,
         **{key: _told(value) for key, value in contact.items()},
-        "bodies": [_body(body, boundary, steps) for body, boundary in bodies],
+        "bodies": [_body(body, boundary) for body, boundary in bodies],
         "files": [getattr(body.mesh, FILE) for body, _ in bodies if hasattr(body.mesh, FILE)],
         "warnings": list(warnings),
     }
     return json.dumps({key: value for key, value in about.items() if value not in (None, [])})
 
 
-def _body(body: ElasticBody, boundary: str, steps: int | None) -> Entry:
+def _body(body: ElasticBody, boundary: str) -> Entry:
     parts = {"whole body": body.material} if isinstance(body.material, Material) else body.material
     low, high = body.mesh.p.min(axis=1).tolist(), body.mesh.p.max(axis=1).tolist()
     mesh = {
         "elements": int(body.mesh.nelements),
         "nodes": int(body.dofs[:, 0].max()) + 1,
-        "type": TYPES[body.shape][body.order - 1],
+        "type": KINDS[body.shape].elements[body.order - 1].__name__,
         **{axis: [low[k], high[k]] for k, axis in enumerate(AXES[: body.dimension])},
     }
     held = [(each.boundary, each.holds(body.dimension)) for each in body.supports]
@@ -291,17 +285,8 @@ def _body(body: ElasticBody, boundary: str, steps: int | None) -> Entry:
         "materials": {name: _told(material) for name, material in parts.items()},
         "mesh": mesh,
         "supports": [{"boundary": name, "holds": [AXES[k - 1] for k in along]} for name, along in held],
-        "loads": [_load(load, steps) for load in body.loads],
+        "loads": [{"kind": type(load).__name__, **_told(load)} for load in body.loads],
     }
-
-
-def _load(load: BodyLoad, steps: int | None) -> Entry:
-    """Kind of a load, and whatever was given for it."""
-    told, history = _told(load), getattr(load, "history", None)
-    if callable(history) and steps is not None:
-        values = np.asarray(history(np.arange(steps) / steps), dtype=float)
-        told["history"] = f"a function of time, {_range(values)} at {steps} load steps"
-    return {"kind": type(load).__name__, **told}
 
 
 def _told(value: Any) -> Any:
@@ -309,22 +294,13 @@ def _told(value: Any) -> Any:
     if value is None or isinstance(value, str | int):
         return value
     if is_dataclass(value) or isinstance(value, Mapping):
-        given = (
-            value
-            if isinstance(value, Mapping)
-            else {own.name: getattr(value, own.name) for own in fields(value)}
-        )
+        given = value if isinstance(value, Mapping) else vars(value)
         return {name: _told(part) for name, part in given.items() if part is not None}
     if callable(value):
-        return "a function of place"
+        return "a function"
     if isinstance(value, tuple):
         return [_told(part) for part in value]
     values = np.asarray(value, dtype=float)
     if values.size <= EACH_SHOWN:
         return values.tolist()
-    return f"{values.size} values, {_range(values)}"
-
-
-def _range(values: FloatArray) -> str:
-    low, high = f"{values.min():.6g}", f"{values.max():.6g}"
-    return f"all {low}" if values.min() == values.max() else f"{low} … {high}"
+    return f"{values.size} values, {values.min():.6g} … {values.max():.6g}"

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 import writers
 from command import refused, run
-from model_files import BLOCK, HEAT
+from model_files import BLOCK
 from scipy import sparse
 
 from shakedown import ProblemError, import_model
@@ -202,7 +202,7 @@ FILES = {  # of every format, by its name: texts, bytes or what writes some
     "reactions": [writers.calculix_reactions(STEPS), "step,node,fx,fy\n1,1,2.0,3.0\n2,1,4.0,5.0\n"],
     "displacements": [writers.calculix_displacements(STEPS)],
     "vectors": ["1,1,2.0,3.0\n2,1,4.0,5.0\n"],
-    "frd": [writers.calculix_frd(STEPS), (HEAT / "open_binary.frd").read_bytes()],
+    "frd": [writers.calculix_frd(STEPS)],
 }
 ARGUMENTS = {  # by what a file holds
     "stiffness": {"rows": np.array(DOFS), "matrix": None, "superelement": None},

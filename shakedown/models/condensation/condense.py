@@ -1,6 +1,6 @@
 """Static condensation of an elastic model to its contact nodes."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -198,6 +198,7 @@ class Condensation(Result):
         factors = histories(loads)
         welded = [self.welded(case) for case in loads] if welded is None else welded
         unit = np.array([each.reactions for each in welded])
+        modal = [case.frequency for case in loads]  # NaN: no mode
         acting: dict[str, Any] = {"label": self.frame.names, **stated_loads(loads, factors)}
         if self.layout.d > 1:
             acting |= {"normal": self.frame.normals, "tangents": self.frame.tangents}
@@ -212,7 +213,7 @@ class Condensation(Result):
             load_reactions=unit,
             load_history=factors.period,
             load_compliance=_compliance(welded),
-            load_frequency=_frequencies(loads),
+            load_frequency=None if all(each is None for each in modal) else np.array(modal, dtype=float),
             load_path=DOMAIN if any(case.range is not None for case in loads) else LOOP,
             **{**acting, **about},
         )
@@ -226,13 +227,6 @@ def _compliance(welded: Sequence[WeldedCase]) -> FloatArray | None:
     """The displacement conjugate to each load under a unit of each, (L, L); None unless all are known."""
     S = np.array([[one.conjugate(other) for other in welded] for one in welded])
     return None if np.isnan(S).any() else np.asarray(0.5 * (S + S.T))
-
-
-def _frequencies(loads: Sequence[LoadCase]) -> list[float] | None:
-    """The circular frequencies of inertia forces, NaN for other loads; None where no load has one."""
-    if all(case.frequency is None for case in loads):
-        return None
-    return [np.nan if case.frequency is None else case.frequency for case in loads]
 
 
 @checked
@@ -310,13 +304,11 @@ def condensed_stiffness(
     fixed: ArrayLike = (),
     axes: tuple[int, int] = PLANE,
     tangent: ArrayLike | None = None,
-    free_out_of_plane: bool = False,
     allow_sparse: bool = False,
     coupling: NodeCoupling | None = None,
     middle_nodes: ArrayLike | None = None,
     places: Mapping[int, Sequence[float]] | None = None,
     rigid: FloatArray | None = None,
-    announce: Callable[[str], None] | None = None,
 ) -> Condensation:
     """Condense a stiffness matrix to the contact nodes, κ = K_cc − K_ci K_ii⁻¹ K_ic.
 
@@ -351,9 +343,6 @@ def condensed_stiffness(
         In space the direction towards which the first tangent leads, one for all or one per node, or
         a pair per node (:func:`~shakedown.models.condensation.contact_frame.tangent_pairs`). A node that is
         held in one direction takes that as a tangent.
-    free_out_of_plane
-        Contact nodes of a plane problem with a third direction that is not held are an error,
-        because friction acts along one tangent only; true condenses it instead.
     allow_sparse
         Accept a matrix that holds contact nodes only and yet couples few of them.
     coupling
@@ -369,8 +358,6 @@ def condensed_stiffness(
         which a large solid is cut (without them it is factorised as a whole, which takes longer).
     rigid : (N, k), optional
         Motions that meet no resistance. What the digits of a printed matrix leave of one is taken out of κ.
-    announce
-        Is told, before it begins, what a condensation that takes long will take.
 
     Raises
     ------
@@ -387,11 +374,13 @@ def condensed_stiffness(
     )
     held = _held_rows(fixed, constrained, len(table))
     frame, guided = with_guides(frame, table, held)
-    across = out_of_plane_notes(frame, table, held, axes, free_out_of_plane)
+    across = out_of_plane_notes(frame, table, held, axes)
     if not allow_sparse and np.isin(table[~held, 0], frame.labels).all():
-        stiffness_checks.check_condensed(matrix[~held][:, ~held], table[~held, 0])
+        found = stiffness_checks.uncoupled(matrix[~held][:, ~held], table[~held, 0])
+        if found:
+            raise ProblemError(f"K: expected a condensed matrix, {found}")
     empty = ~held & (np.diff(matrix.indptr) == 0)
-    interior = interior_of(matrix, table, frame, held | empty, guided, places, announce)
+    interior = interior_of(matrix, table, frame, held | empty, guided, places)
     stiffness, residual = interior.schur()
     error = stiffness_checks.asymmetry(stiffness)
     if error > DEFAULT.symmetry:

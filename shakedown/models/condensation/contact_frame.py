@@ -103,7 +103,7 @@ def _by_axes(normals: FloatArray) -> FloatArray:
     return np.eye(3)[np.where(steep, _least(along), everywhere)]
 
 
-def _least(along: FloatArray) -> NDArray[np.intp]:
+def _least(along: FloatArray) -> IntArray:
     """The column with the least number of every row, the first of those that are equal to round-off."""
     return np.argmax(along <= along.min(axis=1, keepdims=True) + NEGLIGIBLE, axis=1)
 
@@ -116,7 +116,21 @@ def _completed(normals: FloatArray, towards: FloatArray) -> FloatArray:
     return np.stack([first, np.cross(normals, first)], axis=1) + 0.0  # no -0.0
 
 
+Axes = tuple[int, ...]  # two directions that span a plane, or all three
 PLANE, SPACE = (1, 2), (1, 2, 3)  # directions of the contact nodes, unless others are given
+
+
+def in_space(vectors: FloatArray, axes: Axes | None = None) -> FloatArray:
+    """Vectors along two of the axes x, y, z (n, 2), the first two of them, or along all, as vectors (n, 3).
+
+    Examples
+    --------
+    >>> in_space(np.array([[0.6, 0.8]]), (1, 3)).tolist()
+    [[0.6, 0.0, 0.8]]
+    """
+    found = np.zeros((len(vectors), 3))
+    found[:, [axis - 1 for axis in axes or SPACE[: vectors.shape[1]]]] = vectors
+    return found
 
 
 @dataclass(frozen=True)
@@ -376,7 +390,7 @@ def _followed(
 
 
 def with_guides(
-    frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_]
+    frame: ContactFrame, table: IntArray, held: NDArray[np.bool_]
 ) -> tuple[ContactFrame, NDArray[np.bool_]]:
     """The frame with tangents along held directions; which slips are held while the normal is free, (dn,).
 
@@ -409,42 +423,31 @@ def with_guides(
 
 
 def out_of_plane_notes(
-    frame: ContactFrame,
-    table: NDArray[np.intp],
-    held: NDArray[np.bool_],
-    axes: tuple[int, int],
-    may_move: bool,
+    frame: ContactFrame, table: IntArray, held: NDArray[np.bool_], axes: tuple[int, int]
 ) -> tuple[str, ...]:
-    """Notes on contact nodes of a plane problem that have a third direction, across the plane.
+    """A note on contact nodes of a plane problem that are held in a third direction, across the plane.
 
     Raises
     ------
     ProblemError
-        If such a node can move there, and that is not allowed (``may_move``).
+        If such a node can move there: friction acts along one tangent only.
     """
     if frame.directions > 1:
         return ()
     across = np.isin(table[:, 0], frame.labels) & (table[:, 1] <= 3) & ~np.isin(table[:, 1], axes)
-    free = across & ~held
-    if free.any() and not may_move:
+    if (free := across & ~held).any():
         node, direction = table[np.argmax(free)]
         raise ProblemError(
             f"contact: expected one tangential direction per node, found node {node} free in direction "
             f"{direction} too; ask for friction in both directions (normals of three components; in an "
-            "import directions = 2), hold it (fixed), or let it move without friction (free_out_of_plane)"
+            "import directions = 2), or hold every contact node there (fixed)"
         )
     across &= table[:, 1] >= 1
     if not across.any():
         return ()
-    what = "moves without friction" if (across & free).any() else "is held"
-    return (friction_left_out(int(table[np.argmax(across), 1]), what),)
-
-
-def friction_left_out(direction: int, what: str) -> str:
-    """A note on the one direction of contact nodes in which no friction acts."""
     return (
-        f"direction {direction} of the contact nodes {what}: friction across the plane of slip and normal is "
-        "left out"
+        f"direction {table[np.argmax(across), 1]} of the contact nodes is held: friction across the plane of "
+        "slip and normal is left out",
     )
 
 

@@ -7,7 +7,7 @@ eliminated: what remains at the end is their Schur complement, and no right-hand
 The order of elimination is a nested dissection by the positions of the nodes.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -27,24 +27,10 @@ from shakedown.models.condensation.contact_frame import ContactFrame
 from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.condensation.stiffness_checks import Places, loose_motion
 
-
-@dataclass(frozen=True, eq=False)
-class DissectionPiece:
-    """Nodes that are eliminated together, after the pieces on both sides that they separate.
-
-    Attributes
-    ----------
-    nodes : (k,)
-        Nodes, by number.
-    children
-        Positions of these pieces in the order of elimination.
-    """
-
-    nodes: IntArray
-    children: tuple[int, ...]
+Piece = tuple[IntArray, tuple[int, ...]]  # nodes eliminated together; the places of the pieces beneath it
 
 
-def dissection(graph: sparse.csr_array, where: FloatArray) -> list[DissectionPiece]:
+def dissection(graph: sparse.csr_array, where: FloatArray) -> list[Piece]:
     """Cut a graph in two again and again; every cut comes after both of its sides.
 
     Each part is cut across its longest side through the middle of its nodes. The cut is
@@ -61,10 +47,10 @@ def dissection(graph: sparse.csr_array, where: FloatArray) -> list[DissectionPie
     --------
     >>> chain = sparse.csr_array(np.eye(200, k=1) + np.eye(200, k=-1))
     >>> pieces = dissection(chain, np.arange(200.0)[:, None])
-    >>> [len(piece.nodes) for piece in pieces], pieces[-1].nodes
+    >>> [len(nodes) for nodes, _ in pieces], pieces[-1][0]
     ([48, 50, 1, 49, 50, 1, 1], array([99]))
     """
-    found: list[DissectionPiece] = []
+    found: list[Piece] = []
     mark = np.zeros(graph.shape[0], dtype=np.int8)
 
     def cut(nodes: IntArray) -> tuple[int, ...]:
@@ -92,15 +78,14 @@ def dissection(graph: sparse.csr_array, where: FloatArray) -> list[DissectionPie
         return side[(touching > 0) & (np.diff(rows.indptr) > 0)]
 
     def made(nodes: IntArray, children: tuple[int, ...]) -> int:
-        found.append(DissectionPiece(np.sort(nodes), children))
+        found.append((np.sort(nodes), children))
         return len(found) - 1
 
     cut(np.arange(graph.shape[0]))
     return found
 
 
-@dataclass(frozen=True, eq=False)
-class Front:
+class Front(NamedTuple):
     """One step of the elimination; unknowns are numbered in its order.
 
     Attributes
@@ -117,11 +102,6 @@ class Front:
     stop: int
     beyond: IntArray
     children: tuple[int, ...]
-
-    @property
-    def own(self) -> int:
-        """How many unknowns are eliminated."""
-        return self.stop - self.start
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,22 +123,19 @@ class FrontElimination:
     fronts: list[Front]
 
     @property
-    def operations(self) -> float:
-        """Multiplications of the factorisation, about."""
-        sizes = np.array([(f.own, len(f.beyond)) for f in self.fronts], dtype=float).reshape(-1, 2)
-        own, beyond = sizes.T
-        return float((own**3 / 3 + own**2 * beyond + own * beyond**2).sum())
+    def cost(self) -> tuple[float, float]:
+        """Multiplications of the factorisation, about, and the largest memory at one time [bytes].
 
-    @property
-    def memory(self) -> float:
-        """Largest memory at one time: factors, the fronts that wait, the one in work [bytes]."""
-        factors = waiting = most = 0.0
+        That are factors, the fronts that wait, and the one in work.
+        """
+        operations = factors = waiting = most = 0.0
         for front in self.fronts:
-            own, beyond = float(front.own), float(len(front.beyond))
+            own, beyond = float(front.stop - front.start), float(len(front.beyond))
+            operations += own**3 / 3 + own**2 * beyond + own * beyond**2
             factors += own * own + own * beyond
             most = max(most, factors + waiting + 2 * beyond * beyond)
             waiting += beyond * beyond - sum(len(self.fronts[child].beyond) ** 2 for child in front.children)
-        return 8 * (most + 2 * float(len(self.order) - self.count) ** 2)
+        return operations, 8 * (most + 2 * float(len(self.order) - self.count) ** 2)
 
 
 @dataclass(eq=False)
@@ -200,7 +177,7 @@ class FrontFactors:
 
 
 def elimination(
-    K: sparse.csr_array, pieces: Sequence[DissectionPiece], unknowns: Sequence[IntArray]
+    K: sparse.csr_array, pieces: Sequence[Piece], unknowns: Sequence[IntArray]
 ) -> FrontElimination:
     """Plan the elimination of all unknowns of the pieces; those of no piece are kept.
 
@@ -213,19 +190,18 @@ def elimination(
     unknowns
         The unknowns of every node.
     """
-    parts = [np.concatenate([unknowns[node] for node in piece.nodes.tolist()]) for piece in pieces]
+    parts = [np.concatenate([unknowns[node] for node in nodes.tolist()]) for nodes, _ in pieces]
     count = sum(map(len, parts))
     order = np.concatenate([*parts, np.arange(count, K.shape[0])])
     place = np.empty(len(order), dtype=np.intp)
     place[order] = np.arange(len(order))
     fronts: list[Front] = []
-    start = 0
-    for piece, part in zip(pieces, parts, strict=True):
-        stop = start + len(part)
-        coupled = [place[K[part].indices], *(fronts[child].beyond for child in piece.children)]
+    stop = 0
+    for (_, children), part in zip(pieces, parts, strict=True):
+        start, stop = stop, stop + len(part)
+        coupled = [place[K[part].indices], *(fronts[child].beyond for child in children)]
         later = np.unique(np.concatenate(coupled))
-        fronts.append(Front(start, stop, later[later >= stop], piece.children))
-        start = stop
+        fronts.append(Front(start, stop, later[later >= stop], children))
     return FrontElimination(order, count, fronts)
 
 
@@ -268,7 +244,7 @@ def _assembled(
 
     Of the square parts only the lower triangles count.
     """
-    own, size = front.own, len(front.beyond)
+    own, size = front.stop - front.start, len(front.beyond)
     corner, below = np.zeros((own, own), order="F"), np.zeros((size, own), order="F")
     rest = np.zeros((size, size), order="F")
     columns = K[:, front.start : front.stop].tocoo()
@@ -288,40 +264,23 @@ def _assembled(
     return corner, below, rest
 
 
-def _add(target: FloatArray, part: FloatArray, places: NDArray[np.intp]) -> None:
+def _add(target: FloatArray, part: FloatArray, places: IntArray) -> None:
     """Add a lower triangle to places of a larger one, column by column, as both lie in memory."""
     for k, place in enumerate(places.tolist()):
         target.T[place][places[k:]] += part[k:, k]
 
 
-MINUTE = 1e12  # multiplications of one core, about; in fewer, threads wait for each other
-WORTH_SAYING = MINUTE / 3
-
-
-def announced(plan: FrontElimination, announce: Callable[[str], None] | None) -> None:
-    """Say what the elimination takes, if it takes long.
-
-    Raises
-    ------
-    ProblemError
-        If it takes more memory than the machine has.
-    """
+def check_memory(plan: FrontElimination, needed: float) -> None:
+    """Raise ``ProblemError`` if an elimination takes more memory [bytes] than the machine has."""
     kept = len(plan.order) - plan.count
-    # matrices of the size of κ held at one time by the problem and the bounds
-    needed = plan.memory + 8 * 8 * float(kept) ** 2
-    what = (
-        f"condensing {plan.count} rows to {kept // 3} contact nodes takes about {needed / 2**30:.2g} GiB of "
-        f"memory and {plan.operations / MINUTE:.2g} minutes of one core"
-    )
-    there = memory()
+    needed += 8 * 8 * float(kept) ** 2  # matrices like κ held at one time by the problem and the bounds
     # share of the machine's memory that may be used
-    if needed > 0.9 * there:
+    if needed > 0.9 * (there := memory()):
         raise ProblemError(
-            f"K: expected a model that fits into {there / 2**30:.3g} GiB of memory, found that {what}; take "
+            f"K: expected a model that fits into {there / 2**30:.3g} GiB of memory, found that condensing "
+            f"{plan.count} rows to {kept // 3} contact nodes takes about {needed / 2**30:.2g} GiB; take "
             "fewer contact nodes or a coarser mesh"
         )
-    if announce is not None and plan.operations > WORTH_SAYING:
-        announce(what)
 
 
 _COLUMNS = 64  # right-hand sides solved at a time, which limits the dense workspace to 64 vectors
@@ -373,8 +332,8 @@ class Interior:
     T_c: sparse.csr_array
     T_i: sparse.csr_array
     T_h: sparse.csr_array
-    free: NDArray[np.intp]
-    held: NDArray[np.intp]
+    free: IntArray
+    held: IntArray
     lu: SuperLU | FrontFactors | None
 
     def schur(self) -> tuple[FloatArray, float]:
@@ -384,7 +343,7 @@ class Interior:
         the difference of κ from their reactions counts as well.
         """
         if isinstance(self.lu, FrontFactors):
-            return self.lu.schur, self._left_over(self.lu)
+            return self.lu.schur, self._sampled_residual(self.lu)
         K_cc = (self.T_c.T @ self.K @ self.T_c).toarray()
         if self.lu is None:
             return K_cc, 0.0
@@ -398,7 +357,7 @@ class Interior:
             K_cc[:, block] -= K_ic.T @ u
         return K_cc, residual / max(float(np.abs(K_cc).max()), np.finfo(float).tiny)
 
-    def _left_over(self, factors: FrontFactors) -> float:
+    def _sampled_residual(self, factors: FrontFactors) -> float:
         size = self.T_c.shape[1]
         chosen = np.unique(np.linspace(0, size - 1, min(_COLUMNS, size)).astype(int))
         moved = self.T_c[:, chosen]
@@ -409,7 +368,7 @@ class Interior:
         wrong = np.abs(factors.schur[:, chosen] - reaction).max()
         return float(max(left, wrong) / max(np.abs(factors.schur).max(), np.finfo(float).tiny))
 
-    def loosest(self, dofs: NDArray[np.intp], places: Places | None) -> str:
+    def loosest(self, dofs: IntArray, places: Places | None) -> str:
         """The motion of the interior with the least resistance, in words."""
         K_ii = (self.T_i.T @ self.K @ self.T_i).tocsc()
         return loose_motion(K_ii, dofs[self.free], places)
@@ -446,16 +405,13 @@ class Interior:
 
 def interior_of(
     matrix: sparse.csr_array,
-    dofs: NDArray[np.intp],
+    dofs: IntArray,
     frame: ContactFrame,
     held: NDArray[np.bool_],
     guided: NDArray[np.bool_],
     places: Places | None = None,
-    announce: Callable[[str], None] | None = None,
 ) -> Interior:
     """Split a model into contact, interior and held rows and factorise its interior.
-
-    ``announce`` is told beforehand what a large one will take.
 
     Raises
     ------
@@ -469,7 +425,7 @@ def interior_of(
     free = rest[~held[rest]]
     own, lu = dofs[free], None
     if frame.directions > 1 and len(own) >= _LARGE:
-        lu = _by_fronts(matrix, sparse.hstack([T_i, T_c], format="csr"), own, places, announce)
+        lu = _by_fronts(matrix, sparse.hstack([T_i, T_c], format="csr"), own, places)
     if lu is None:
         lu = _factorised((T_i.T @ matrix @ T_i).tocsc(), own, places)
     return Interior(matrix, T_c, T_i, T_h, free, rest[held[rest]], lu)
@@ -478,9 +434,8 @@ def interior_of(
 def _by_fronts(
     matrix: sparse.csr_array,
     T: sparse.csr_array,
-    dofs: NDArray[np.intp],
+    dofs: IntArray,
     places: Places | None,
-    announce: Callable[[str], None] | None,
 ) -> FrontFactors | None:
     """Factors of the interior, the first rows of Tᵀ K T.
 
@@ -488,16 +443,21 @@ def _by_fronts(
     """
     K, count = sparse.csr_array(T.T @ matrix @ T), len(dofs)
     nodes, index = np.unique(dofs[:, 0], return_inverse=True)
-    if (known := _known(nodes, places)) is None:
+    known = [] if places is None else [places.get(node) for node in nodes.tolist()]
+    there = [place for place in known if place is not None]
+    if 2 * len(there) < len(nodes):
         return None
+    middle = np.mean(there, axis=0)  # for the few others (rigid boundaries)
     of_node = sparse.csr_array((np.ones(count), (index, np.arange(count))))
     graph = sparse.csr_array(of_node @ abs(K[:count, :count]) @ of_node.T)
-    pieces = dissection(graph, known)
+    pieces = dissection(graph, np.array([middle if place is None else place for place in known], float))
     unknowns = np.split(np.argsort(index, kind="stable"), np.cumsum(np.bincount(index))[:-1])
     plan = elimination(K, pieces, unknowns)
-    announced(plan, announce)
+    operations, needed = plan.cost
+    check_memory(plan, needed)
     try:
-        with threads_of_blas(all_cores() if plan.operations > MINUTE else 1):
+        # in fewer multiplications, threads wait for each other
+        with threads_of_blas(all_cores() if operations > 1e12 else 1):
             factors = factorised(K, plan)
     except LinAlgError:
         return None
@@ -505,17 +465,7 @@ def _by_fronts(
     return None if pivots.min() < DEFAULT.singular_pivot * pivots.max() else factors
 
 
-def _known(nodes: NDArray[np.intp], places: Places | None) -> FloatArray | None:
-    """Positions of nodes, (k, 3), a few unknown ones (rigid boundaries) in the middle; None without most."""
-    found = [] if places is None else [places.get(node) for node in nodes.tolist()]
-    there = [place for place in found if place is not None]
-    if 2 * len(there) < len(nodes):
-        return None
-    middle = np.mean(there, axis=0)
-    return np.array([middle if place is None else place for place in found], dtype=float)
-
-
-def _factorised(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places | None) -> SuperLU | None:
+def _factorised(K_ii: sparse.csc_array, dofs: IntArray, places: Places | None) -> SuperLU | None:
     if K_ii.shape[0] == 0:
         return None
     try:
@@ -526,8 +476,9 @@ def _factorised(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places |
         raise ProblemError(_loose(K_ii, dofs, places)) from None
     pivots = lu.U.diagonal()
     ratio = np.abs(pivots).min() / np.abs(pivots).max()
-    signs_count = _elastic(K_ii, dofs) and np.array_equal(lu.perm_r, lu.perm_c)
-    negative = (pivots < 0) & signs_count
+    # multipliers and pressures have pivots of either sign
+    elastic = (dofs[:, 0] > 0).all() and np.isin(dofs[:, 1], range(1, 7)).all() and K_ii.diagonal().all()
+    negative = (pivots < 0) & bool(elastic and np.array_equal(lu.perm_r, lu.perm_c))
     if negative.any() and np.abs(pivots[negative]).max() > DEFAULT.zero_mode * np.abs(pivots).max():
         raise ProblemError(
             f"K: expected an elastic interior, positive definite, found {negative.sum()} negative pivot(s) "
@@ -538,12 +489,7 @@ def _factorised(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places |
     return lu
 
 
-def _elastic(K_ii: sparse.csc_array, dofs: NDArray[np.intp]) -> bool:
-    """Whether all rows are displacements; multipliers and pressures have pivots of either sign."""
-    return bool((dofs[:, 0] > 0).all() and np.isin(dofs[:, 1], range(1, 7)).all() and K_ii.diagonal().all())
-
-
-def _loose(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places | None) -> str:
+def _loose(K_ii: sparse.csc_array, dofs: IntArray, places: Places | None) -> str:
     """The description of an interior that is not held, for a message."""
     expected = "K: expected an interior that the supports and the welded contact hold, found that it can move"
     try:

@@ -113,11 +113,6 @@ class LoadCase(Result):
             raise ProblemError(f"{self.name}: range: expected [low, high], found {self.range.tolist()}")
         super().__post_init__()
 
-    @property
-    def is_stated(self) -> bool:
-        """Whether the value of factor 1 is stated."""
-        return self.value is not None or bool(self.unit)
-
 
 @dataclass(frozen=True)
 class Histories:
@@ -222,7 +217,7 @@ def stated_loads(cases: Sequence[LoadCase], factors: Histories) -> dict[str, Any
     >>> found["load_mean"], found["load_amplitude"], found["load_units"]
     (array([20.]), array([20.]), ('kN',))
     """
-    if not any(case.is_stated for case in cases):
+    if not any(case.value is not None or case.unit for case in cases):
         return {}
     values = np.array([1.0 if case.value is None else case.value for case in cases])
     sizes = np.abs(factors.period).max(axis=0)

@@ -45,38 +45,6 @@ from shakedown.models.condensation.surface_mesh import (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class DualBasis:
-    """Integrals over the segments of two surfaces.
-
-    Attributes
-    ----------
-    nodes : (n,)
-        Nodes of the slave that are covered, as positions in its labels.
-    P : (n, m)
-        Weights of the nodes of the master, in columns for all of its nodes; where facets meet, zeros are
-        stored.
-    near : (nnz,)
-        Σ |∫N̂_j N_k| / D_j in the same places: how much both nodes have in common.
-    area : (n,)
-        ∫N̂ over what is covered [length²].
-    share : (F,)
-        How much of every facet of the slave is covered; 0 where it is left out.
-    found : (F,)
-        How much of it lies below facets of the master, whether it is left out or not.
-    distance : tuple of float
-        Least, mean and largest distance of the facets [length].
-    """
-
-    nodes: IntArray
-    P: sparse.csr_array
-    near: FloatArray
-    area: FloatArray
-    share: FloatArray
-    found: FloatArray
-    distance: tuple[float, float, float]
-
-
 class Segments(NamedTuple):
     """Integrals over the segments of pairs of facets.
 
@@ -106,50 +74,79 @@ class Segments(NamedTuple):
 
 
 def dual_basis(
-    slave: ContactSurface,
-    master: ContactSurface,
-    pairs: tuple[IntArray, IntArray],
-    reach: float,
-    *,
-    revolved: bool = False,
-) -> DualBasis | None:
-    """Integrate over all pairs of facets; None where nothing is covered."""
-    met = _segments(slave, master, pairs, reach, revolved)
-    if met is None or not len(met.area):
-        return None
+    slave: ContactSurface, met: Segments, *, revolved: bool = False
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
+    """What the segments make of the slave, by the dual basis ψ on its facets.
+
+    Returns
+    -------
+    nodes : (n,)
+        Nodes of the slave that are covered, as positions in its labels.
+    area : (n,)
+        ∫N̂ over what is covered [length²].
+    share : (F,)
+        How much of every facet is covered; 0 where it is left out.
+    dual : (F, k, k)
+        A with ψ = A N̂; 0 for facets that are left out.
+
+    Raises
+    ------
+    ProblemError
+        If nothing is left, or something is covered twice.
+    """
     every = np.arange(len(slave.facets))
     itself = _segments(slave, slave, (every, every), np.inf, revolved)
     assert itself is not None
     weight, mass = (_summed(met.facets, each, len(every)) for each in (met.weight, met.mass))
     whole = _summed(itself.facets, itself.weight, len(every))
     share = _summed(met.facets, met.area, len(every)) / whole.sum(axis=1)
-    full = _by_node(slave, whole)
-    kept = _kept(slave, weight, full, share)
+    kept = _kept(slave, weight, _by_node(slave, whole), share)
     area = _by_node(slave, weight * kept[:, None])
     nodes = np.flatnonzero(area > 0)
-    own = kept[met.facets]
-    across, dual = met.across[own], _dual(slave, weight, mass, kept)[met.facets[own]]
+    if not len(nodes):
+        raise ProblemError(
+            "surfaces: expected facets of the first with a part of the second below every node, found at "
+            f"most {100 * share.max():.2g} % of one covered; name the second first"
+        )
+    if share.max() > 1.0 + SIX_DIGITS:
+        worst = slave.facets[int(np.argmax(share))]
+        raise ProblemError(
+            f"surfaces: expected facets of the master side by side, found {share.max():.3g} times the "
+            f"slave's facet {worst} below them: do they lie in two layers? (a smaller 'reach')"
+        )
+    dual = np.zeros_like(mass)  # diag(∫N̂) (∫N̂ N̂ᵀ)⁻¹
+    size = mass[kept].trace(axis1=1, axis2=2)[:, None, None]
+    none = np.eye(mass.shape[1]) * (slave.nodes[kept] == len(slave.labels))[:, None, :]
+    dual[kept] = weight[kept][:, :, None] * np.linalg.inv(mass[kept] / size + none) / size
+    return nodes, area[nodes], share * kept, dual
+
+
+def weights(
+    sides: tuple[ContactSurface, ContactSurface],
+    met: Segments,
+    nodes: IntArray,
+    area: FloatArray,
+    dual: FloatArray,
+) -> tuple[sparse.csr_array, FloatArray]:
+    """Weights ∫ψ_j N_k / D_j of covered nodes of the slave and all of the master, (n, m).
+
+    Where facets meet, zeros are stored. And in the same places, (nnz,), how much both nodes have in common,
+    Σ |∫N̂_j N_k| / D_j.
+    """
+    own, (slave, master) = dual[met.facets].any(axis=(1, 2)), sides
+    across = met.across[own]
     row = np.broadcast_to(slave.nodes[met.facets[own]][:, :, None], across.shape).ravel()
     column = np.broadcast_to(master.nodes[met.others[own]][:, None, :], across.shape).ravel()
+    shape = len(slave.labels) + 1, len(master.labels) + 1
+    every = np.einsum("sjl,slk->sjk", dual[met.facets[own]], across, optimize=True), np.abs(across)
     P, near = (
-        sparse.coo_array(
-            (each.ravel(), (row, column)), shape=(len(slave.labels) + 1, len(master.labels) + 1)
-        ).tocsr()[nodes][:, : len(master.labels)]
-        for each in (np.einsum("sjl,slk->sjk", dual, across, optimize=True), np.abs(across))
+        sparse.coo_array((each.ravel(), (row, column)), shape=shape).tocsr()[nodes][:, : len(master.labels)]
+        for each in every
     )
     for each in (P, near):
-        each.data /= np.repeat(area[nodes], np.diff(each.indptr))
+        each.data /= np.repeat(area, np.diff(each.indptr))
     P.data[np.abs(P.data) < ROUND_OFF] = 0.0
-    apart = met.distance
-    return DualBasis(
-        nodes=nodes,
-        P=P,
-        near=near.data,
-        area=area[nodes],
-        share=share * kept,
-        found=share,
-        distance=(float(apart.min()), float(apart @ met.area / met.area.sum()), float(apart.max())),
-    )
+    return P, near.data
 
 
 def _kept(
@@ -168,15 +165,6 @@ def _kept(
         if not out.any():
             return kept
         kept &= ~out
-
-
-def _dual(slave: ContactSurface, weight: FloatArray, mass: FloatArray, kept: NDArray[np.bool_]) -> FloatArray:
-    """A with ψ = A N̂ on every facet, (F, k, k): diag(∫N̂) (∫N̂ N̂ᵀ)⁻¹; 0 for facets that are left out."""
-    found = np.zeros_like(mass)
-    size = mass[kept].trace(axis1=1, axis2=2)[:, None, None]
-    none = np.eye(mass.shape[1]) * (slave.nodes[kept] == len(slave.labels))[:, None, :]
-    found[kept] = weight[kept][:, :, None] * np.linalg.inv(mass[kept] / size + none) / size
-    return found
 
 
 def _summed(facets: IntArray, values: FloatArray, count: int) -> FloatArray:
@@ -238,7 +226,7 @@ def _cut(
     owner, points, weight = cut(seen[0][0], seen[1][0], _points_along(seen, blocks))
     values, heights = [], []
     for side, (corners, height) in enumerate(seen):
-        place, kind = _local(corners[owner], points), blocks[side].kind
+        place, kind = local_places(corners[owner], points), blocks[side].kind
         own = (changed_shapes, shapes)[side](kind, place)
         beyond = sides[side].nodes.shape[1] - kind[1]
         values.append(np.pad(own, ((0, 0), (0, 0), (0, beyond))))
@@ -246,7 +234,7 @@ def _cut(
         heights.append(np.einsum("sgc,sc->sg", straight, height[owner]))
     if revolved:
         radius = sides[0].places[sides[0].nodes[pairs[0]][:, :2], 0][owner]
-        ends = shapes((2, 2), _local(seen[0][0][owner], points))
+        ends = shapes((2, 2), local_places(seen[0][0][owner], points))
         weight = weight * 2 * np.pi * np.einsum("sgc,sc->sg", ends, radius)
     apart = heights[0] - heights[1]
     area = weight.sum(axis=1)
@@ -303,13 +291,6 @@ def _points_along(seen: list[tuple[FloatArray, FloatArray]], blocks: tuple[Facet
     enough = ((1e-12, 3), (0.1, 6), (0.2, 8), (np.inf, 12))
     least = 6 if any(block.kind in ((3, 8), (3, 9)) for block in blocks) else 0  # bi-quadratic quadrilaterals
     return max(least, next(count for most, count in enough if slant <= most))
-
-
-def _local(corners: FloatArray, points: FloatArray) -> FloatArray:
-    if corners.shape[1] == 2:
-        low, high = corners[:, :1], corners[:, 1:]
-        return np.asarray((2 * points - low - high) / (high - low))
-    return local_places(corners, points)
 
 
 def _on_lines(slave: FloatArray, master: FloatArray, count: int) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -425,8 +406,6 @@ def surface_coupling(
     master: ContactSurface,
     *,
     reach: float | None = None,
-    uncovered: float | None = None,
-    finer: bool = False,
     revolved: bool = False,
 ) -> SurfaceCoupling:
     """Couple two surfaces by the dual mortar method (docs/mortar.md).
@@ -437,10 +416,6 @@ def surface_coupling(
         The surfaces of the first and the second body. Results are at the nodes of the first.
     reach
         Largest distance of facets that meet, by default a quarter of a facet of the slave [length].
-    uncovered
-        Share of the slave's area that may lie beside the master without a warning, by default 0.02.
-    finer
-        Whether the slave may have the finer facets without a warning.
     revolved
         Whether the facets are edges of bodies of revolution about the axis x = 0.
 
@@ -471,64 +446,45 @@ def surface_coupling(
         )
     if reach is not None and not 0 < reach < np.inf:
         raise ProblemError(f"reach: expected a length > 0, found {reach:g}")
-    if uncovered is not None and not 0 <= uncovered <= 1:
-        raise ProblemError(f"uncovered: expected a share from 0 to 1, found {uncovered:g}")
     longest = REACH * slave.size if reach is None else reach
-    found = dual_basis(slave, master, facet_pairs(slave, master, longest), longest, revolved=revolved)
-    if found is not None and not len(found.nodes):
-        raise ProblemError(
-            "surfaces: expected facets of the first with a part of the second below every node, found at "
-            f"most {100 * found.found.max():.2g} % of one covered; name the second first, with finer = true"
-        )
-    if found is None:
+    met = _segments(slave, master, facet_pairs(slave, master, longest), longest, revolved)
+    if met is None or not len(met.area):
         raise ProblemError(_nothing(slave, master, longest))
-    if found.found.max() > 1.0 + SIX_DIGITS:  # something is covered twice
-        worst = slave.facets[int(np.argmax(found.found))]
-        raise ProblemError(
-            f"surfaces: expected facets of the master side by side, found {found.found.max():.3g} times the "
-            f"slave's facet {worst} below them: do they lie in two layers? (a smaller 'reach')"
-        )
-    made = _coupling(slave, master, found, longest)
-    return replace(made, warnings=tuple(_warnings(made, 0.02 if uncovered is None else uncovered, finer)))
-
-
-def _coupling(
-    slave: ContactSurface, master: ContactSurface, found: DualBasis, reach: float
-) -> SurfaceCoupling:
-    P, d = found.P, slave.dimension
-    places = (own_basis(slave.labels, slave.middle_nodes, inverse=True) @ slave.places)[found.nodes]
-    normals = slave.nodal_normals[found.nodes]
+    nodes, area, share, dual = dual_basis(slave, met, revolved=revolved)
+    P, near = weights((slave, master), met, nodes, area, dual)
+    d, labels = slave.dimension, slave.labels[nodes]
+    places = (own_basis(slave.labels, slave.middle_nodes, inverse=True) @ slave.places)[nodes]
+    normals = slave.nodal_normals[nodes]
     apart = places - P @ master.places
     gap = (apart * normals).sum(axis=1)
     along = apart - gap[:, None] * normals
-    every = _by_direction(P, exact_rotations(P, found.near, places, master.places))
+    every = _by_direction(P, exact_rotations(P, near, places, master.places))
     touched = np.unique(every.indices // d)
-    flat = _is_flat(slave, found.share > 0, along)
-    size = float(np.median(master.areas ** (1 / (d - 1))))
-    overlap = float(found.share @ slave.areas)
-    middle_nodes = slave.middle_nodes[np.isin(slave.middle_nodes[:, 0], slave.labels[found.nodes])]
-    return SurfaceCoupling(
-        labels=slave.labels[found.nodes],
+    flat = _is_flat(slave, share > 0, along)
+    overlap = float(share @ slave.areas)
+    made = SurfaceCoupling(
+        labels=labels,
         master=master.labels[touched],
         P=sparse.csr_array(every[:, (d * touched[:, None] + np.arange(d)).ravel()]),
-        area=found.area,
+        area=area,
         normals=normals,
         places=places,
         gap=gap,
-        middle_nodes=middle_nodes,
+        middle_nodes=slave.middle_nodes[np.isin(slave.middle_nodes[:, 0], labels)],
         partner=master.labels[np.asarray(abs(P).argmax(axis=1)).ravel()],
         flat=flat,
         overlap=overlap,
         share=np.array([overlap / slave.areas.sum(), overlap / master.areas.sum()]),
-        distance=np.array(found.distance),
-        uncovered=np.setdiff1d(np.concatenate(slave.facets), slave.labels[found.nodes]),
+        distance=np.array([met.distance.min(), met.distance @ met.area / met.area.sum(), met.distance.max()]),
+        uncovered=np.setdiff1d(np.concatenate(slave.facets), labels),
         chord=float(np.linalg.norm(along if flat else apart, axis=1).max()),
         largest_weight=float(np.abs(P.data).max()),
-        finer=slave.size / size,
+        finer=slave.size / float(np.median(master.areas ** (1 / (d - 1)))),
         size=slave.size,
-        reach=reach,
+        reach=longest,
         warnings=(),
     )
+    return replace(made, warnings=tuple(_warnings(made)))
 
 
 def _by_direction(P: sparse.csr_array, blocks: FloatArray) -> sparse.csr_array:
@@ -563,26 +519,23 @@ def _nothing(slave: ContactSurface, master: ContactSurface, reach: float) -> str
     return f"surfaces: expected facets that lie on each other within 'reach' = {reach:.3g}, found {found}"
 
 
-def _warnings(made: SurfaceCoupling, accepted: float, finer: bool) -> Iterator[str]:
-    """Warnings about the coupling, of which a share of the area may be without a partner."""
+def _warnings(made: SurfaceCoupling) -> Iterator[str]:
+    """Warnings about the coupling."""
     partly = 0.5  # share of a surface beside the other, beyond which its nodes are no place for results
     (without, part_beside), extent = 1 - made.share, "area" if made.normals.shape[1] == 3 else "length"
-    if without > accepted + NEGLIGIBLE:
+    if without > 0.02 + NEGLIGIBLE:  # so much of an edge of a curved surface is beside its chords
         more = f", {len(made.uncovered)} node(s), first {made.uncovered[0]}" if made.uncovered.size else ""
         on_part = ""
         if without > partly > part_beside:
             on_part = ", or name the second, which lies on a part of it, first"
         yield (
             f"{100 * without:.2g} % of the {extent} of the first surface lies beside the second or too far "
-            f"from it{more}, and carries nothing: 'uncovered' accepts it, 'reach' is {made.reach:.3g}"
-            f"{on_part}"
+            f"from it{more}, and carries nothing: 'reach' is {made.reach:.3g}{on_part}"
         )
-    if made.finer < 0.67 and not finer:  # λ_E and λ_U are lower then
-        advice = "name the coarser first, or"
-        if part_beside > partly:
-            advice = "most of the second lies beside it:"
+    if made.finer < 0.67:  # λ_E and λ_U are lower then
+        advice = "most of the second lies beside it" if part_beside > partly else "name the coarser first"
         yield (
             f"the first surface has the finer facets ({made.finer:.2g} of the size): what is proved "
             "from given or every initial slip is less than with the surfaces the other way round; "
-            f"{advice} say finer = true"
+            f"{advice}"
         )

@@ -1,12 +1,11 @@
 """Surfaces of meshes: facets, shape functions, nodes tied to those of another surface."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.ground.constants import ITERATIONS, NEGLIGIBLE, ROUND_OFF, FloatArray, IntArray
@@ -38,7 +37,10 @@ def shapes(kind: tuple[int, int], place: FloatArray) -> FloatArray:
     [-0.111, -0.111, -0.111, 0.444, 0.444, 0.444]
     """
     if kind[0] == 2:
-        return _line(place[..., 0], kind[1])
+        t = place[..., 0]
+        if kind[1] == 2:
+            return np.stack([(1 - t) / 2, (1 + t) / 2], axis=-1)
+        return np.stack([t * (t - 1) / 2, t * (t + 1) / 2, 1 - t * t], axis=-1)
     if CORNERS[kind] == 3:
         corners = np.stack([1 - place[..., 0] - place[..., 1], place[..., 0], place[..., 1]], axis=-1)
         if kind[1] == 3:
@@ -50,18 +52,14 @@ def shapes(kind: tuple[int, int], place: FloatArray) -> FloatArray:
 
 def changed_shapes(kind: tuple[int, int], place: FloatArray) -> FloatArray:
     """Shape functions in the changed basis, N̂ = N T, (…, k): their integrals are all positive."""
-    found = shapes(kind, place)
-    return found @ basis_change(kind) if kind in CHANGED else found
-
-
-def basis_change(kind: tuple[int, int]) -> FloatArray:
-    """T with u = T û on one facet, (k, k)."""
+    if kind not in CHANGED:
+        return shapes(kind, place)
     corners = CORNERS[kind]
     between = [(corners + k, k, (k + 1) % corners) for k in range(corners)]
-    return np.asarray(corner_basis(np.array(between), kind[1]).toarray())
+    return np.asarray(shapes(kind, place) @ corner_basis(np.array(between), kind[1]).toarray())
 
 
-def corner_basis(between: NDArray[np.intp], size: int, *, inverse: bool = False) -> sparse.csr_array:
+def corner_basis(between: IntArray, size: int, *, inverse: bool = False) -> sparse.csr_array:
     """T with u = T û, (size, size), or T⁻¹.
 
     ``between`` (t, 3) has an unknown between two corners, and those of the corners; −1 is one that is not
@@ -78,14 +76,13 @@ def corner_basis(between: NDArray[np.intp], size: int, *, inverse: bool = False)
 
 
 def local_places(corners: FloatArray, points: FloatArray) -> FloatArray:
-    """Local places (n, g, 2) of points (n, g, 2) in the plane on facets with corners (n, 3 or 4, 2)."""
+    """Local places (n, g, 1 or 2) of points (n, g, 1 or 2) on facets with corners (n, 2 to 4, 1 or 2)."""
     first = corners[:, :1]
+    if corners.shape[1] == 2:
+        return np.asarray((2 * points - first - corners[:, 1:]) / (corners[:, 1:] - first))
     if corners.shape[1] == 3:
-        return np.asarray(
-            np.linalg.solve((corners[:, 1:] - first).swapaxes(1, 2)[:, None], (points - first)[..., None])[
-                ..., 0
-            ]
-        )
+        sides = (corners[:, 1:] - first).swapaxes(1, 2)[:, None]
+        return np.asarray(np.linalg.solve(sides, (points - first)[..., None])[..., 0])
     along = np.zeros_like(points)
     size = np.ptp(corners, axis=1).max()
     for _ in range(ITERATIONS):
@@ -126,12 +123,6 @@ def clipped(polygon: FloatArray, start: FloatArray, end: FloatArray) -> FloatArr
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     """a_x b_y − a_y b_x of vectors (…, 2)."""
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
-
-
-def _line(t: FloatArray, count: int) -> FloatArray:
-    if count == 2:
-        return np.stack([(1 - t) / 2, (1 + t) / 2], axis=-1)
-    return np.stack([t * (t - 1) / 2, t * (t + 1) / 2, 1 - t * t], axis=-1)
 
 
 def _square(place: FloatArray, count: int) -> FloatArray:
@@ -337,16 +328,13 @@ class ContactSurface(Result):
     @cached_property
     def middle_nodes(self) -> IntArray:
         """(node between two corners, these corners) of facets whose basis is changed, (t, 3) labels."""
-        return np.unique(np.array(list(self._between()), dtype=np.intp).reshape(-1, 3), axis=0)
-
-    def _between(self) -> Iterator[tuple[int, int, int]]:
-        for facet in self.facets:
-            kind = (self.dimension, len(facet))
+        found = [np.zeros((0, 3), dtype=np.intp)]
+        for kind, nodes, _ in self.blocks:
             if kind in CHANGED:
-                corners = CORNERS[kind]
-                for k in range(corners):
-                    low, high = sorted((facet[k], facet[(k + 1) % corners]))
-                    yield facet[corners + k], low, high
+                corners, between = np.split(self.labels[nodes], [CORNERS[kind]], axis=1)
+                ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2)
+                found.append(np.dstack([between[:, :, None], ends]).reshape(-1, 3))
+        return np.unique(np.concatenate(found), axis=0)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -4,9 +4,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.shown_values import few
 from shakedown.models.condensation.factorised_interior import WeldedCase
@@ -14,7 +13,7 @@ from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.importing.load_section import LoadSection
 from shakedown.models.importing.stiffness_section import ImportContext
 from shakedown.models.readers.mesh import Mesh
-from shakedown.models.readers.text import quoted, unfit
+from shakedown.models.readers.text import quoted
 from shakedown.models.readers.toml_table import TomlTable, labels_of, shown
 
 
@@ -39,7 +38,7 @@ class BoltSection:
     preload: float
     stiffness: float
     unit: LoadCase
-    rows: NDArray[np.intp]
+    rows: IntArray
     along: FloatArray | None
 
     def pull(self, own: WeldedCase, other: WeldedCase) -> float:
@@ -80,7 +79,10 @@ def bolt_section(table: TomlTable, context: ImportContext) -> BoltSection:
     if section is None:
         (unit, along), stiffness = _shortening(table, context), _stiffness(table)
     else:
-        rows = _row(section, table.where, context)
+        rows = np.flatnonzero((context.stiffness.dofs == (-section, 1)).all(axis=1))
+        if section not in context.mesh.sections or not rows.size:
+            expected = "the node of a *PRE-TENSION SECTION of the deck, with a row in the matrix (not held)"
+            raise table.wrong("section", expected, section)
         unit[rows] = 1.0
     table.done()
     force, moved = (unit, None) if section is None else (None, unit)
@@ -107,17 +109,6 @@ def check_bolts(tables: Sequence[TomlTable], others: Sequence[TomlTable], mesh: 
         )
 
 
-def with_pulls(force: FloatArray, pulls: FloatArray, bolts: Sequence[BoltSection]) -> FloatArray:
-    """Nodal forces of a load, and what the shanks of bolts add to them while the contact is welded, (N,).
-
-    ``pulls`` is what it adds to the force in each bolt.
-    """
-    for pull, bolt in zip(pulls, bolts, strict=True):
-        if bolt.stiffness and bolt.unit.force is not None:
-            force = force + pull * bolt.unit.force
-    return force
-
-
 def bolt_notes(
     bolts: Sequence[BoltSection], names: Sequence[str], welded: Sequence[WeldedCase], pulls: FloatArray
 ) -> Iterator[str]:
@@ -132,13 +123,16 @@ def bolt_notes(
             for k, (name, least, pull) in enumerate(zip(names, round_off, added_by.tolist(), strict=True))
             if k != own and not np.isnan(pull)
         ]
+        way = ""
+        if bolt.along is not None:
+            way = f" along ({', '.join(few(part, 3) for part in np.round(bolt.along, 3) + 0.0)})"
         yield (
-            f"bolt {quoted(names[own])} carries {few(bolt.preload, 4)}{_way(bolt)} once tightened; while "
+            f"bolt {quoted(names[own])} carries {few(bolt.preload, 4)}{way} once tightened; while "
             f"the contact stays closed and sticks, {', '.join(added) or 'nothing else acts'} at factor 1"
         )
 
 
-def check_held(bolts: Sequence[BoltSection], held: NDArray[np.intp], dofs: NDArray[np.intp]) -> None:
+def check_held(bolts: Sequence[BoltSection], held: IntArray, dofs: IntArray) -> None:
     """Refuse a bolt whose head or nut is held, by a support or a load, where the shank pulls."""
     for bolt in bolts:
         if bolt.unit.force is not None and (on := held[bolt.unit.force[held] != 0]).size:
@@ -147,22 +141,6 @@ def check_held(bolts: Sequence[BoltSection], held: NDArray[np.intp], dofs: NDArr
                 f"bolt {quoted(bolt.unit.name.rpartition(': ')[2])}: expected free nodes under head and nut, "
                 f"found direction {direction} of node {node} held"
             )
-
-
-def _way(bolt: BoltSection) -> str:
-    """Along which axis a shank pulls."""
-    if bolt.along is None:
-        return ""
-    return f" along ({', '.join(few(part, 3) for part in np.round(bolt.along, 3) + 0.0)})"
-
-
-def _row(section: int, where: str, context: ImportContext) -> NDArray[np.intp]:
-    """The row of a section's node: by how much the section is shortened."""
-    rows = np.flatnonzero((context.stiffness.dofs == (-section, 1)).all(axis=1))
-    if section not in context.mesh.sections or not rows.size:
-        expected = "the node of a *PRE-TENSION SECTION of the deck, with a row in the matrix (not held)"
-        raise unfit(f"{where}: key 'section'", expected, section)
-    return rows
 
 
 def _stiffness(table: TomlTable) -> float:
@@ -244,7 +222,7 @@ def _about(
     return np.asarray(changed)
 
 
-def _end(table: TomlTable, key: str, context: ImportContext) -> tuple[NDArray[np.intp], FloatArray]:
+def _end(table: TomlTable, key: str, context: ImportContext) -> tuple[IntArray, FloatArray]:
     """The nodes of a node set (or one node), and the share of an even pressure that each carries."""
     value = table.take(key, "a node set, or a node", required=True)
     where, mesh = table.at(key), context.mesh

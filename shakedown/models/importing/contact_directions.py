@@ -1,61 +1,28 @@
 """Normals of the contact nodes, and the plane or the tangents in which they slip."""
 
-from dataclasses import dataclass
-
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import THREE_DIGITS, FloatArray
+from shakedown.ground.constants import THREE_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import found_in
-from shakedown.models.condensation.contact_frame import PLANE, SPACE
+from shakedown.models.condensation.contact_frame import PLANE, SPACE, Axes
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import unfit
 from shakedown.models.readers.toml_table import TomlTable
-
-Axes = tuple[int, ...]  # two directions that span a plane, or all three
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class ContactDirections:
-    """In which directions the gap opens and the nodes slip.
-
-    Attributes
-    ----------
-    axes
-        The two directions that span the plane, or all three where the nodes slip in two directions.
-    normals : (n, d + 1)
-        They point into the first body.
-    tangent : (3,) or (n, 3) or None
-        The direction towards which the first of two tangents points, where it is given.
-    assumed : bool
-        Whether one direction of slip is only assumed, as the normals lie in the plane of x and y.
-    surface : str or None
-        The surface of the deck whose faces gave the normals.
-    normals_are_given : bool
-        Whether the configuration gives the normals, not the faces.
-    """
-
-    axes: Axes
-    normals: FloatArray
-    tangent: FloatArray | None = None
-    assumed: bool = False
-    surface: str | None = None
-    normals_are_given: bool = False
 
 
 def contact_directions(
     table: TomlTable,
     mesh: Mesh,
-    first: NDArray[np.intp],
+    first: IntArray,
     *,
     assume_plane: bool = True,
     faces: FloatArray | None = None,
-) -> ContactDirections:
-    """Take the keys ``directions``, ``axes``, ``normal(s)``, ``surface`` and ``tangent(s)``.
+) -> tuple[Axes, FloatArray, bool]:
+    """Take the keys ``directions``, ``axes``, ``normal(s)`` and ``surface``: axes, normals, what is assumed.
 
     There are two directions of slip where the configuration says so (``directions = 2``, ``tangent``,
     ``tangents``) or the normals do not lie in the plane of x and y; there is one where it says so
-    (``directions = 1``, ``axes``, ``free_out_of_plane``), or where one is assumed.
+    (``directions = 1``, ``axes``), or where one is assumed.
 
     Parameters
     ----------
@@ -66,6 +33,15 @@ def contact_directions(
     faces : (n, 3), optional
         Normals of the faces, where these are known already.
 
+    Returns
+    -------
+    axes
+        The two directions that span the plane, or all three where the nodes slip in two directions.
+    normals : (n, d + 1)
+        They point into the first body.
+    assumed : bool
+        Whether one direction of slip is only assumed, as the normals lie in the plane of x and y.
+
     Raises
     ------
     ProblemError
@@ -75,39 +51,19 @@ def contact_directions(
     if said is None and given is not None and given.shape[-1] == 2:
         said = PLANE
     surface = table.text("surface", required=False)
-    normals = _of_faces(table, mesh, first, said or SPACE, faces, surface) if given is None else given
-    axes = said or (PLANE if assume_plane and _in_plane(normals, exactly=given is not None) else SPACE)
-    columns = [axis - 1 for axis in axes]
-    along = normals[:, columns] if given is None and said is None else normals
-    along = along if given is None else _along(table, given, axes)
-    return ContactDirections(
-        axes=axes,
-        normals=np.broadcast_to(along, (len(first), len(axes))).copy(),
-        tangent=_tangent(table, len(first)) if axes == SPACE else None,
-        assumed=said is None and axes == PLANE,
-        surface=surface,
-        normals_are_given=given is not None,
-    )
-
-
-def in_space(vectors: FloatArray, axes: Axes) -> FloatArray:
-    """Vectors along two of the axes x, y, z (n, 2), or along all of them, as vectors (n, 3).
-
-    Examples
-    --------
-    >>> in_space(np.array([[0.6, 0.8]]), (1, 3)).tolist()
-    [[0.6, 0.0, 0.8]]
-    """
-    found = np.zeros((len(vectors), 3))
-    found[:, [axis - 1 for axis in axes]] = vectors
-    return found
-
-
-def _in_plane(normals: FloatArray, *, exactly: bool) -> bool:
-    """Whether normals (3,) or (n, 3) lie in the plane of x and y, exactly or as well as meshes have them."""
-    if exactly:
-        return not normals[..., 2].any()
-    return bool((np.abs(np.hypot(normals[:, 0], normals[:, 1]) - 1) <= THREE_DIGITS).all())
+    if given is not None:
+        axes = said or (PLANE if assume_plane and not given[..., 2].any() else SPACE)
+        along = _along(table, given, axes)
+    elif not mesh.elements:
+        raise table.unfit("one of 'normal' and 'normals', or [model] with a deck that has elements", "none")
+    else:
+        with found_in(table.where):
+            along = mesh.normals(first, said or SPACE, surface, faces)
+        flat = said is None and (np.abs(np.hypot(*along.T[:2]) - 1) <= THREE_DIGITS).all()  # but for the mesh
+        axes = said or (PLANE if assume_plane and flat else SPACE)
+        along = along if said else along[:, [axis - 1 for axis in axes]]
+    normals = np.broadcast_to(along, (len(first), len(axes))).copy()
+    return axes, normals, said is None and axes == PLANE
 
 
 def _axes(table: TomlTable, mesh: Mesh) -> Axes | None:
@@ -119,29 +75,22 @@ def _axes(table: TomlTable, mesh: Mesh) -> Axes | None:
     if axes is not None and sorted({1, 2, 3} & set(axes)) != sorted(axes):
         raise table.wrong("axes", "two of 1, 2, 3", axes)
     if mesh.axisymmetric:
-        _check_axisymmetric(table, axes or list(PLANE), number, mesh)
+        if number == 2 or axes not in (None, [1, 2]):
+            found = f"directions = {number}, axes = {axes or [1, 2]}"
+            raise table.unfit("one direction of slip and the axes [1, 2] of an axisymmetric model", found)
+        if (least := mesh.coordinates[:, 0].min()) < 0:
+            node = mesh.labels[int(np.argmin(mesh.coordinates[:, 0]))]
+            raise unfit(mesh.name, "radii x >= 0 of an axisymmetric model", f"{least:g} at node {node}")
         return PLANE
-    flat = [key for key in ("axes", "free_out_of_plane") if (key == "axes" and axes) or table.has(key)]
     tangents = [key for key in ("tangent", "tangents") if table.has(key)]
-    if flat and (number == 2 or tangents):
+    if axes and (number == 2 or tangents):
         other = f"'{tangents[0]}'" if tangents else "directions = 2"
-        raise table.wrong(flat[0], "of a plane problem only", f"it beside {other}")
+        raise table.wrong("axes", "of a plane problem only", f"it beside {other}")
     if number == 2 or (tangents and number is None):
         return SPACE
     if tangents:
         raise table.wrong(tangents[0], "beside directions = 2 only", "directions = 1")
-    return tuple(axes or PLANE) if flat or number == 1 else None
-
-
-def _check_axisymmetric(table: TomlTable, axes: list[int], number: int | None, mesh: Mesh) -> None:
-    """Refuse an axisymmetric model that does not lie where its elements expect it: radius x >= 0, axis y."""
-    if number == 2 or axes != [1, 2]:
-        found = f"directions = {number}, axes = {axes}"
-        raise table.unfit("one direction of slip and the axes [1, 2] of an axisymmetric model", found)
-    k = int(np.argmin(mesh.coordinates[:, 0]))
-    if (least := mesh.coordinates[k, 0]) < 0:
-        expected = "radii x >= 0 of an axisymmetric model"
-        raise unfit(mesh.name, expected, f"{least:g} at node {mesh.labels[k]}")
+    return tuple(axes or PLANE) if axes or number == 1 else None
 
 
 def _given(table: TomlTable, n: int) -> FloatArray | None:
@@ -195,23 +144,8 @@ def _along(table: TomlTable, vectors: FloatArray, axes: Axes) -> FloatArray:
     return vectors[..., [axis - 1 for axis in axes]]
 
 
-def _of_faces(
-    table: TomlTable,
-    mesh: Mesh,
-    first: NDArray[np.intp],
-    axes: Axes,
-    faces: FloatArray | None,
-    surface: str | None,
-) -> FloatArray:
-    """Normals from the faces of the model, or of a surface of it."""
-    if not mesh.elements:
-        raise table.unfit("one of 'normal' and 'normals', or [model] with a deck that has elements", "none")
-    with found_in(table.where):
-        return mesh.normals(first, axes, surface, faces)
-
-
-def _tangent(table: TomlTable, n: int) -> FloatArray | None:
-    """Where first tangents point to, (3,) or (n, 3); None where the configuration does not say it."""
+def first_tangent(table: TomlTable, n: int) -> FloatArray | None:
+    """The keys ``tangent`` and ``tangents``: where first tangents lead, (3,) or (n, 3); None without them."""
     one = table.array("tangent", float, (3,), required=False)
     many = table.array("tangents", float, (None, 3), required=False)
     if one is not None and many is not None:

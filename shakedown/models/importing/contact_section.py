@@ -8,11 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.joint.contact_surface import NEIGHBOURS
 from shakedown.joint.places import arc_lengths, faces_among, strips
-from shakedown.models.condensation.contact_frame import SPACE, check_unique, node_names, patch_positions
+from shakedown.models.condensation.contact_frame import (
+    SPACE,
+    Axes,
+    check_unique,
+    in_space,
+    node_names,
+    patch_positions,
+)
 from shakedown.models.condensation.surface_coupling import SurfaceCoupling, surface_coupling
 from shakedown.models.condensation.surface_mesh import (
     ContactSurface,
@@ -20,25 +27,34 @@ from shakedown.models.condensation.surface_mesh import (
     coupling_of_nodes,
     hat_areas,
 )
-from shakedown.models.importing.contact_directions import ContactDirections, contact_directions, in_space
+from shakedown.models.importing.contact_directions import contact_directions, first_tangent
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import InputFiles, quoted, read_table, unfit
 from shakedown.models.readers.toml_table import TomlTable, is_number, labels_of, nodes_of, shown
 
 Friction = FloatArray | Mapping[str, float]  # () or (n,), or a coefficient for each node set
-COORDINATES = "coordinates"  # the word for a gap between the nodes as the deck places them
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ContactSection(ContactDirections):
-    """Where the contact is, beside its directions.
+class ContactSection:
+    """Where the contact is, and in which directions the gap opens and the nodes slip.
 
     Attributes
     ----------
+    axes
+        The two directions that span the plane, or all three where the nodes slip in two directions.
+    normals : (n, d + 1)
+        They point into the first body.
+    tangent : (3,) or (n, 3) or None
+        The direction towards which the first of two tangents points, where it is given.
+    assumed : bool
+        Whether one direction of slip is only assumed, as the normals lie in the plane of x and y.
+    surface : str or None
+        The surface of the deck whose faces gave the normals.
+    normals_are_given : bool
+        Whether the configuration gives the normals, not the faces.
     labels : (n,) or (n, 2)
         Contact nodes, or pairs (node of the first body, node of the second).
-    free_out_of_plane : bool
-        Whether a third direction moves without friction.
     tied : (n,) or None
         The node tied to each contact node, for reactions.
     x : (n,) or (n, 2) or (n, 3) or None
@@ -65,16 +81,21 @@ class ContactSection(ContactDirections):
         The parts of a contact of several patches, each by itself.
     """
 
-    labels: NDArray[np.intp]
-    free_out_of_plane: bool
-    tied: NDArray[np.intp] | None
+    axes: Axes
+    normals: FloatArray
+    tangent: FloatArray | None
+    assumed: bool
+    surface: str | None
+    normals_are_given: bool
+    labels: IntArray
+    tied: IntArray | None
     x: FloatArray | None
     coordinates: FloatArray | None
     gap: FloatArray
     gap_is_stated: bool
     area: FloatArray | None
     sorted_by_place: bool
-    middle_nodes: NDArray[np.intp]
+    middle_nodes: IntArray
     coupling: NodeCoupling | None
     name: str = ""
     friction: Friction | None = None
@@ -91,7 +112,7 @@ class ContactSection(ContactDirections):
         return self.coupling if isinstance(self.coupling, SurfaceCoupling) else None
 
     @property
-    def first(self) -> NDArray[np.intp]:
+    def first(self) -> IntArray:
         """Contact nodes of the first body, (n,)."""
         return self.labels if self.labels.ndim == 1 else self.labels[:, 0]
 
@@ -102,18 +123,18 @@ class ContactSection(ContactDirections):
             return self.coupling
         return coupling_of_nodes(self.labels, self.unit_normals, self.middle_nodes)
 
-    def positions(self, labels: NDArray[np.intp]) -> NDArray[np.intp]:
+    def positions(self, labels: IntArray) -> IntArray:
         """Where nodes of the first body stand in it."""
         place = {label: k for k, label in enumerate(self.first.tolist())}
         return np.array([place[label] for label in labels.tolist()], dtype=np.intp)
 
     @property
-    def moved(self) -> NDArray[np.intp]:
+    def moved(self) -> IntArray:
         """Nodes that unit displacements move: those of the first body, then those of the second."""
         return np.array(list(dict.fromkeys([*self.first.tolist(), *self.met.master.tolist()])), dtype=np.intp)
 
     @property
-    def clamped(self) -> NDArray[np.intp]:
+    def clamped(self) -> IntArray:
         """Nodes that are held in a static run in which both bodies are held apart, (c,)."""
         beside = [part.surfaces.uncovered for part in self.parts if part.surfaces is not None]
         return np.unique(np.concatenate([self.moved, *beside]))
@@ -124,7 +145,7 @@ class ContactSection(ContactDirections):
         return self.labels.ndim > 1 or self.coupling is not None
 
     @property
-    def facing(self) -> NDArray[np.intp]:
+    def facing(self) -> IntArray:
         """Every node and its partner, (n, 2): the node of the largest weight, or without one itself."""
         found = np.column_stack([self.first, self.first])
         found[self.positions(self.met.labels), 1] = self.met.partner
@@ -144,7 +165,7 @@ class ContactSection(ContactDirections):
         return tuple(f"{self.name}: {own}" if self.name else own for own in node_names(self.labels))
 
     @property
-    def numbers(self) -> NDArray[np.intp]:
+    def numbers(self) -> IntArray:
         """Which of its parts every node belongs to, (n,), from 0."""
         return np.repeat(np.arange(len(self.parts)), [len(part.labels) for part in self.parts])
 
@@ -171,36 +192,46 @@ def contact_section(
     with found_in(table.where.removesuffix(": contact")):
         check_unique(labels)
     first = labels if labels.ndim == 1 else labels[:, 0]
-    named = table.content.get("surface", surface)
-    on = mesh.surface(first, named if isinstance(named, str) else None) if mesh.elements else None
+    given = table.content.get("surface", surface)
+    named = given if isinstance(given, str) else None
+    on = mesh.surface(first, named) if mesh.elements else None
     between = np.zeros((0, 3), dtype=np.intp) if on is None else on.middle_nodes
-    area = _areas(table, mesh, first, between, coupling)  # before the normals take 'surface'
-    faces = None if coupling is None else in_space(coupling.normals, SPACE[: coupling.normals.shape[1]])
-    found = contact_directions(table, mesh, first, assume_plane=assume_plane, faces=faces)
+    area = _areas(table, mesh, first, between, coupling, named)
+    faces = None if coupling is None else in_space(coupling.normals)
+    normals_are_given = table.has("normal") or table.has("normals")
+    axes, normals, assumed = contact_directions(table, mesh, first, assume_plane=assume_plane, faces=faces)
     contact = ContactSection(
-        **{**vars(found), "surface": found.surface or surface},
+        axes=axes,
+        normals=normals,
+        tangent=first_tangent(table, len(first)) if axes == SPACE else None,
+        assumed=assumed,
+        surface=named,
+        normals_are_given=normals_are_given,
         labels=labels,
-        free_out_of_plane=table.flag("free_out_of_plane"),
         tied=_array(table, "tied", int, (None,)),
-        x=_array(table, "x", float, (None,) if len(found.axes) == 2 else (None, 2)),
+        x=_array(table, "x", float, (None,) if axes != SPACE else (None, 2)),
         coordinates=mesh.at(first) if mesh.is_known else None,
         gap=np.zeros(()),
         gap_is_stated=table.has("gap"),
         area=area,
-        sorted_by_place=from_sets and found.axes != SPACE and mesh.is_known,
+        sorted_by_place=from_sets and axes != SPACE and mesh.is_known,
         middle_nodes=between,
         coupling=coupling,
         name=name,
         friction=friction,
     )
     check_order(contact, table.where, {"x": contact.x})
-    placed = _placed(contact, mesh) if found.axes != SPACE else _on_patch(contact)
-    placed = replace(placed, gap=_initial_gap(table, placed, mesh, files))
+    if contact.coordinates is not None and axes != SPACE:
+        contact = _placed(contact, contact.coordinates, mesh)
+    elif contact.coordinates is not None and contact.x is None:
+        x = patch_positions(contact.coordinates, contact.unit_normals, contact.tangent)
+        contact = replace(contact, x=x)
+    contact = replace(contact, gap=_initial_gap(table, contact, mesh, files))
     table.done()
-    return placed
+    return contact
 
 
-def contact_nodes(table: TomlTable, mesh: Mesh) -> tuple[NDArray[np.intp], bool]:
+def contact_nodes(table: TomlTable, mesh: Mesh) -> tuple[IntArray, bool]:
     """Contact nodes (n,) or pairs (n, 2), and whether sets named them.
 
     Raises
@@ -217,22 +248,18 @@ def contact_nodes(table: TomlTable, mesh: Mesh) -> tuple[NDArray[np.intp], bool]
         return nodes_of(mesh, str(table.text(key)), where), True
     if key == "pairs" and _are_two_names(value):
         first, second = (nodes_of(mesh, name, where) for name in table.take(key, "two sets"))
-        return _matched(mesh, first, second, where), True
+        if len(first) != len(second):
+            more, fewer = (first, second) if len(first) > len(second) else (second, first)
+            alone = more[int(np.argmax(cKDTree(mesh.at(fewer)).query(mesh.at(more))[0]))]
+            found = f"{len(first)} and {len(second)}, node {alone} farthest from a partner"
+            raise unfit(where, "sets of equally many nodes", found)
+        nearest = cKDTree(mesh.at(second)).query(mesh.at(first))[1]  # whether they touch is checked later
+        return np.column_stack([first, second[nearest]]), True
     return np.array(table.array(key, int, (None, 2)[: 1 + (key == "pairs")]), dtype=np.intp), False
 
 
 def _are_two_names(value: object) -> bool:
     return isinstance(value, list) and len(value) == 2 and all(isinstance(name, str) for name in value)
-
-
-def _matched(mesh: Mesh, first: NDArray[np.intp], second: NDArray[np.intp], where: str) -> NDArray[np.intp]:
-    """Pairs of every node of a set with the nearest one of another; whether they touch is checked later."""
-    if len(first) != len(second):
-        more, fewer = (first, second) if len(first) > len(second) else (second, first)
-        alone = more[int(np.argmax(cKDTree(mesh.at(fewer)).query(mesh.at(more))[0]))]
-        found = f"{len(first)} and {len(second)}, node {alone} farthest from a partner"
-        raise unfit(where, "sets of equally many nodes", found)
-    return np.column_stack([first, second[cKDTree(mesh.at(second)).query(mesh.at(first))[1]]])
 
 
 def spacings(places: FloatArray, model: FloatArray | None = None) -> FloatArray:
@@ -259,11 +286,10 @@ def coupled_surfaces(table: TomlTable, mesh: Mesh) -> tuple[SurfaceCoupling | No
         If other keys contradict it, a surface is unknown or has no faces, or the two cannot be coupled.
     """
     names = table.take("surfaces", "two names, of the first body and of the second", fits=_are_two_names)
-    settings = {"reach": table.number("reach"), "uncovered": table.number("uncovered")}
-    finer, where = table.flag("finer"), table.at("surfaces")
+    reach, where = table.number("reach"), table.at("surfaces")
     if names is None:
-        if finer or any(value is not None for value in settings.values()):
-            raise table.missing("surfaces", "beside 'reach', 'uncovered' and 'finer'")
+        if reach is not None:
+            raise table.missing("surfaces", "beside 'reach'")
         return None, None
     # keys that do not stand beside it
     if others := [key for key in ("nodes", "pairs", "surface", "tied") if table.has(key)]:
@@ -272,12 +298,12 @@ def coupled_surfaces(table: TomlTable, mesh: Mesh) -> tuple[SurfaceCoupling | No
         raise unfit(where, "[model] with a deck that has elements", "none")
     slave, master = (_surface(mesh, name, where) for name in names)
     with found_in(where):
-        found = surface_coupling(slave, master, **settings, finer=finer, revolved=mesh.axisymmetric)
+        found = surface_coupling(slave, master, reach=reach, revolved=mesh.axisymmetric)
     key = names[0].strip().upper()
     return found, key if key in mesh.surfaces else None
 
 
-def faces_between(contact: ContactSection, mesh: Mesh) -> NDArray[np.intp] | None:
+def faces_between(contact: ContactSection, mesh: Mesh) -> IntArray | None:
     """The corners of a contact's faces in space as numbers of its nodes, (k, 4); None for a plane one."""
     if contact.axes != SPACE:
         return None
@@ -300,8 +326,8 @@ def _initial_gap(table: TomlTable, contact: ContactSection, mesh: Mesh, files: I
     """The key ``gap``, () or (n,) [length]: a number, a list, a word or a table; absent it is 0."""
     given = table.content.get("gap", 0.0)
     if isinstance(given, str):
-        if table.text("gap") != COORDINATES:
-            raise table.wrong("gap", f"'{COORDINATES}', a number, a list or a table", shown(given))
+        if table.text("gap") != "coordinates":
+            raise table.wrong("gap", "'coordinates', a number, a list or a table", shown(given))
         return _drawn_gap(table, contact, mesh)
     if isinstance(given, list):
         gap = np.array(table.array("gap", float, (None,)), dtype=float)
@@ -331,14 +357,14 @@ def _drawn_gap(table: TomlTable, contact: ContactSection, mesh: Mesh) -> FloatAr
     coupling, labels = contact.surfaces, contact.labels
     if coupling is not None and not coupling.flat:
         expected = "a number, or of nodes, between curved surfaces, whose facets are chords"
-        raise table.wrong("gap", expected, f"'{COORDINATES}'")
+        raise table.wrong("gap", expected, "'coordinates'")
     if coupling is not None:
         drawn = np.zeros(len(labels))
         drawn[contact.positions(coupling.labels)] = coupling.gap
         return drawn
     if contact.coordinates is None or labels.ndim == 1:
         found = "nodes of one body" if labels.ndim == 1 else "no [model]"
-        raise table.wrong("gap", f"pairs in a model with coordinates beside '{COORDINATES}'", found)
+        raise table.wrong("gap", "pairs in a model with coordinates beside 'coordinates'", found)
     apart = mesh.at(labels[:, 0]) - mesh.at(labels[:, 1])
     return np.asarray((apart * contact.unit_normals).sum(axis=1))
 
@@ -385,9 +411,10 @@ def _array(table: TomlTable, key: str, kind: type, shape: tuple[int | None, ...]
 def _areas(
     table: TomlTable,
     mesh: Mesh,
-    first: NDArray[np.intp],
-    between: NDArray[np.intp],
+    first: IntArray,
+    between: IntArray,
     coupling: SurfaceCoupling | None,
+    named: str | None,
 ) -> FloatArray | None:
     """Areas of the nodes of the first body, where the model has their faces."""
     given, thickness = table.has("thickness"), table.number("thickness", 1.0) or 0.0
@@ -398,18 +425,14 @@ def _areas(
         return None
     if coupling is not None:
         return coupling.area * (thickness if coupling.normals.shape[1] == 2 else 1.0)
-    surface = table.content.get("surface")
-    area = mesh.node_areas(first, surface if isinstance(surface, str) else None, thickness)
+    area = mesh.node_areas(first, named, thickness)
     return None if area is None else hat_areas(area, first, between)
 
 
-def _placed(contact: ContactSection, mesh: Mesh) -> ContactSection:
+def _placed(contact: ContactSection, places: FloatArray, mesh: Mesh) -> ContactSection:
     """The nodes in order along the contact, where sets named them, with their positions."""
-    if contact.coordinates is None:
-        return contact
-    units, places = contact.unit_normals, contact.coordinates
     across = np.cross(*np.eye(3)[[axis - 1 for axis in contact.axes]])
-    tangents, edges = np.cross(units, across), mesh.edges(contact.first, contact.surface)
+    tangents, edges = np.cross(contact.unit_normals, across), mesh.edges(contact.first, contact.surface)
     found = strips(places, tangents, edges)
     x, mean = contact.x, tangents.mean(axis=0)
     if x is None and (np.abs(tangents - mean) <= SIX_DIGITS).all():
@@ -435,13 +458,6 @@ def check_order(contact: ContactSection, where: str, lists: Mapping[str, FloatAr
                 f"{where}: key '{key}': expected no list beside sets of nodes, whose order it cannot know, "
                 f"found one of length {len(given)}; name the nodes one by one"
             )
-
-
-def _on_patch(contact: ContactSection) -> ContactSection:
-    """The nodes in the order of the sets that named them, with positions on the plane of a flat patch."""
-    if contact.coordinates is None or contact.x is not None:
-        return contact
-    return replace(contact, x=patch_positions(contact.coordinates, contact.unit_normals, contact.tangent))
 
 
 def taken_friction(root: TomlTable, *, required: bool = True) -> Friction | None:

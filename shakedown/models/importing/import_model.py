@@ -1,7 +1,7 @@
 """From the files of a finite-element code to a problem, steered by a TOML configuration."""
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,22 +19,21 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.units import doubtful_data, units_in
 from shakedown.models.condensation.condense import Condensation, condensed_stiffness
-from shakedown.models.condensation.contact_frame import SPACE, friction_left_out
+from shakedown.models.condensation.contact_frame import SPACE, in_space
 from shakedown.models.condensation.load_case import without_closing
 from shakedown.models.condensation.stiffness_checks import with_shanks
 from shakedown.models.importing import bolt_section, load_evidence, load_section, model_evidence
-from shakedown.models.importing.contact_directions import in_space
 from shakedown.models.importing.contact_section import ContactSection, faces_between, taken_friction
 from shakedown.models.importing.joined_contact import contact_of, friction_of
 from shakedown.models.importing.load_evidence import LoadEvidence
 from shakedown.models.importing.model_evidence import ModelEvidence
-from shakedown.models.importing.stiffness_section import ImportContext, circumference_notes, stiffness_section
+from shakedown.models.importing.stiffness_section import ImportContext, stiffness_section
 from shakedown.models.readers.formats import read_any_mesh
 from shakedown.models.readers.mapped_matrices import NUMBERED
-from shakedown.models.readers.mesh import CALCULIX, SOLIDS, Mesh
+from shakedown.models.readers.mesh import CALCULIX, Mesh
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.text import InputFiles, quoted, sha256
-from shakedown.models.readers.toml_table import TomlTable, change_number, read_toml
+from shakedown.models.readers.text import InputFiles, sha256
+from shakedown.models.readers.toml_table import TomlTable, change_number, is_list_of, read_toml
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -178,7 +177,8 @@ class Configuration:
     def __init__(self, root: TomlTable) -> None:
         self.where, self.name = root.where, root.text("name", "") or ""
         self.units, self.steps = root.text("units", "") or "", root.integer("steps")
-        words = root.take("accept", "a list of texts, words of warnings", fits=_are_texts)
+        expected = "a list of texts, words of warnings"
+        words = root.take("accept", expected, fits=lambda v: is_list_of(str, v) and all(v))
         self.accepted: tuple[str, ...] = tuple(words or ())
         self.stiffness, self.contacts = root.table("stiffness"), root.one_or_more("contact")
         own_friction = all(table.has("friction") for table in self.contacts)
@@ -190,10 +190,6 @@ class Configuration:
         self.bolts = root.tables("bolt") if root.has("bolt") else []
         self.stiffness_file = str(self.stiffness.content.get("file"))
         root.done()
-
-
-def _are_texts(value: object) -> bool:
-    return isinstance(value, list) and all(isinstance(words, str) and words for words in value)
 
 
 @checked
@@ -222,7 +218,6 @@ def import_model(
     command: str = "",
     changes: Mapping[str, float] | None = None,
     before: Import | None = None,
-    announce: Callable[[str], None] | None = None,
 ) -> Import:
     """Read finite-element output as a TOML configuration says, and condense it.
 
@@ -253,13 +248,10 @@ def import_model(
         [matrix]                   which matrix of a Nastran file; "KXX(2)" is the second of a name
         [superelement]             which one of Nastran files that hold several (BEGIN SUPER n,
                                    SECONCT), here, in [model] and in the map
-        [scale]                    factor on the stiffness (a thickness, a unit)
-        [accuracy]                 relative, of the entries, as printed: 1e-7 of seven digits
-        [angle]                    axisymmetric models: degrees of the circumference that the
+        [scale]                    factor on the stiffness: a thickness, a unit, one over the size of unit
+                                   displacements; of an axisymmetric model 360 over the degrees that the
                                    matrix stands for, where the deck does not say it
-        [allow_sparse]             true: accept a superelement that couples few nodes
-        [order], [amplitude]       reactions to unit displacements: "node-by-node" or
-                                   "direction-by-direction"; the displacement
+        [accuracy]                 relative, of the entries, as printed: 1e-7 of seven digits
 
         [contact]                  or several [[contact]], one for each patch
         [name]                     of the patch; of several every one has its own
@@ -270,19 +262,15 @@ def import_model(
                                    the nodes of the first
         [reach]                    of surfaces: the largest distance of faces that meet, default a
                                    quarter of a face of the first
-        [uncovered]                of surfaces: the share of the first's area that may lie beside the
-                                   second without a warning, default 0.02
-        [finer]                    of surfaces: true accepts that the first has the finer facets
         [directions]               2: friction in two tangential directions, 1: in a plane. By default
                                    2 where normals leave the plane of x and y or contact nodes move
-                                   across it, unless 'axes' or 'free_out_of_plane' say otherwise
+                                   across it, unless 'axes' say otherwise
         [normal] | [normals]       into body 1; one for all, or one per node; by default from
                                    the faces of the model, or of its surface [surface]
         [tangent] | [tangents]     with two directions: towards which the first tangent leads,
                                    [x, y, z], one for all or one per node; the second one is
                                    at right angles to it and to the normal
         [axes]                     of a plane problem: directions that span it, default [1, 2]
-        [free_out_of_plane]        true: a third direction moves without friction
         [tied]                     for reactions: the node tied to each contact node, whose
                                    force CalculiX prints apart
         [x]                        positions for plots, by default from the coordinates
@@ -298,8 +286,7 @@ def import_model(
 
         [[load]]                   one table per load case
         history | range            a number, a list, {constant, harmonics}, {points},
-                                   {file, column, time, period, delimiter, decimal, scale};
-                                   or [low, high], any value between
+                                   {file, column, time, period}; or [low, high], any value between
         [forces]                   [[node or set, direction, value at each], …] or {file, [scale]}:
                                    *CLOAD lines, a substructure with [case], OUTPUT4 with
                                    matrix, [column]
@@ -344,8 +331,6 @@ def import_model(
         The import of the same configuration as it stands: where the changes touch only
         friction, load steps, loads without prescribed displacements or the gap, the matrix is
         neither read nor condensed again.
-    announce
-        Is told, before it begins, what a condensation that takes long will take.
 
     Raises
     ------
@@ -369,7 +354,7 @@ def import_model(
     loads = [replace(load, case=case) for load, case in zip(loads, closed, strict=True)]
     bolts = [bolt_section.bolt_section(table, context) for table in asked.bolts]
     if kept is None:
-        condensed, difference, evidence = _reduced(asked, context, loads, bolts, doubts, announce)
+        condensed, difference, evidence = _reduced(asked, context, loads, bolts, doubts)
     else:
         condensed, difference, evidence = kept.condensation, kept.static_run, kept.evidence
     units, force_unit = [condensed.welded(bolt.unit) for bolt in bolts], units_in(asked.units).force
@@ -426,14 +411,24 @@ def import_model(
         accepted=asked.accepted,
         notes=(
             *(f"accepted: {doubt}" for doubt in accepted),
-            *_accepted_in_vain(asked.accepted, (*doubts, *doubtful_data(problem))),
             *condensed.notes,
             *evidence.notes,
-            *_contact_notes(context),
-            *circumference_notes(stiffness, mesh),
+            *(
+                ["pairs and normals are not checked, because [model] does not say where the nodes are"]
+                if contact.labels.ndim > 1 and contact.coordinates is None
+                else ()
+            ),
+            *([_circumference(stiffness.circumference)] if mesh.axisymmetric else ()),
             *bolt_section.bolt_notes(bolts, names, welded, added),
         ),
         path=os.fspath(config_path),
+    )
+
+
+def _circumference(times: float) -> str:
+    return (
+        f"axisymmetric: the matrix is that of {360 / times:g} degrees, taken {times:g} times; forces and "
+        "reactions are those on the whole circumference, areas 2 pi r times a length"
     )
 
 
@@ -445,19 +440,12 @@ def _parted(doubts: Iterable[str], accepted: Sequence[str]) -> tuple[tuple[str, 
     return tuple(found[0]), tuple(found[1])
 
 
-def _accepted_in_vain(accepted: Sequence[str], doubts: Iterable[str]) -> Iterator[str]:
-    for words in accepted:
-        if not any(words in doubt for doubt in doubts):
-            yield f"accept: no warning has the words {quoted(words)}"
-
-
 def _reduced(
     asked: Configuration,
     context: ImportContext,
     loads: list[load_section.LoadSection],
     bolts: list[bolt_section.BoltSection],
     doubts: tuple[str, ...],
-    announce: Callable[[str], None] | None,
 ) -> tuple[Condensation, float, ModelEvidence]:
     """The condensed model, its difference from a static run, and what was found of the model."""
     stiffness, contact, mesh = context.stiffness, context.contact, context.mesh
@@ -478,56 +466,46 @@ def _reduced(
             fixed=marks | alone,
             axes=(contact.axes[0], contact.axes[1]),
             tangent=contact.tangent,
-            free_out_of_plane=contact.free_out_of_plane,
-            allow_sparse=stiffness.superelement,  # checked as a whole when it was read
+            allow_sparse=True,  # a doubt of the model
             coupling=contact.coupling,
             middle_nodes=contact.middle_nodes,
             places=mesh.places,
             rigid=model_evidence.rigid_motions_of_bodies(stiffness, marks, mesh, shanks),
-            announce=announce,
         )
     difference = load_section.static_run(asked.check, condensed, context, asked.stiffness_file)
     return condensed, difference, model_evidence.model_evidence(stiffness, contact, held, mesh, doubts, alone)
-
-
-def _contact_notes(context: ImportContext) -> Iterator[str]:
-    """What is not known of the contact, and of a plane contact of solids whose matrix has no rows across."""
-    contact, mesh = context.contact, context.mesh
-    if contact.labels.ndim > 1 and contact.coordinates is None:
-        yield "pairs and normals are not checked, because [model] does not say where the nodes are"
-    if contact.directions > 1:
-        return
-    (across,) = {1, 2, 3} - set(contact.axes)
-    solid = {node for shape, nodes in mesh.elements.values() if shape in SOLIDS for node in nodes}
-    said = [contact.first[0], across] in context.stiffness.dofs.tolist()  # by the condensation
-    if not said and not solid.isdisjoint(contact.first.tolist()):
-        yield friction_left_out(across, "has no rows in the matrix")
 
 
 def read_model(
     asked: Configuration, files: InputFiles, kept: tuple[Mesh | None, Stiffness] | None
 ) -> ImportContext:
     """The model, its contact and its stiffness; mesh and stiffness are not read where they were kept."""
-    if kept is None:
-        mesh = _mesh(asked.model, files, asked.stiffness.copy().integer("superelement"))
-    else:
-        mesh = kept[0] or Mesh.unknown()
-    contact, where = contact_of(asked.contacts, mesh, files), asked.contacts[0].where
+    mesh = Mesh.unknown()
+    if kept is not None:
+        mesh = kept[0] or mesh
+    elif asked.model.content:
+        name, superelement = str(asked.model.text("file")), asked.stiffness.copy().integer("superelement")
+        asked.model.done()
+        mesh = files.read(name, lambda path: read_any_mesh(path, superelement), asked.model.at("file"))
+    contact = contact_of(asked.contacts, mesh, files)
     stiffness = stiffness_section(asked.stiffness, contact, mesh, files) if kept is None else kept[1]
-    _check_directions(contact, stiffness, mesh, where)
-    held = load_section.held_keys(asked.supports, asked.loads, mesh) if contact.assumed else set()
-    if contact.assumed and _moves_across(contact, stiffness, held):
-        contact = contact_of(asked.contacts, mesh, files, assume_plane=False)
+    # CalculiX stores rows along x, y, z even in a *TRANSFORM; but a *BOUNDARY there removes a row that is
+    # along none of them
+    by_calculix = mesh.matrix_by == CALCULIX and stiffness.format == NUMBERED
+    for label in contact.moved[np.isin(contact.moved, list(mesh.rotated))].tolist():
+        count = np.count_nonzero(stiffness.dofs[:, 0] == label)
+        if count != len(SPACE) or not by_calculix:
+            raise ProblemError(
+                f"{asked.contacts[0].where}: expected contact nodes with rows along x, y, z (in a *TRANSFORM "
+                f"all three, from MATRIXSTORAGE of CalculiX), found {count} of node {label} in a *TRANSFORM"
+            )
+    if contact.assumed:  # one direction of slip; but nodes that can move along z have two
+        rows = np.isin(stiffness.dofs[:, 0], contact.labels) & (stiffness.dofs[:, 1] == 3)
+        rows &= stiffness.K.diagonal() < DEFAULT.constrained_diagonal
+        held = load_section.held_keys(asked.supports, asked.loads, mesh)
+        if not set(map(tuple, stiffness.dofs[rows].tolist())) <= held:
+            contact = contact_of(asked.contacts, mesh, files, assume_plane=False)
     return ImportContext(stiffness, contact, mesh, files, asked.steps, bool(asked.check.content))
-
-
-def _mesh(table: TomlTable, files: InputFiles, superelement: int | None) -> Mesh:
-    """``[model]``: coordinates, sets, surfaces; ``superelement`` picks one of a Nastran file with several."""
-    if not table.content:
-        return Mesh.unknown()
-    name = str(table.text("file"))
-    table.done()
-    return files.read(name, lambda path: read_any_mesh(path, superelement), table.at("file"))
 
 
 def keeps_stiffness(key: str) -> bool:
@@ -538,26 +516,3 @@ def keeps_stiffness(key: str) -> bool:
     if table == "contact":
         return bool({"gap", "friction"} & set(more[:2]))
     return table in ("friction", "steps") or (table == "bolt" and more[1:] == ["preload"])
-
-
-def _check_directions(contact: ContactSection, stiffness: Stiffness, mesh: Mesh, where: str) -> None:
-    """Refuse contact nodes whose rows are not along x, y, z.
-
-    CalculiX stores them along x, y, z even in a ``*TRANSFORM``; but a ``*BOUNDARY`` there removes a row that
-    is along none of them.
-    """
-    by_calculix = mesh.matrix_by == CALCULIX and stiffness.format == NUMBERED
-    for label in contact.moved.tolist():
-        count = np.count_nonzero(stiffness.dofs[:, 0] == label) if label in mesh.rotated else len(SPACE)
-        if count != len(SPACE) or (label in mesh.rotated and not by_calculix):
-            raise ProblemError(
-                f"{where}: expected contact nodes with rows along x, y, z (in a *TRANSFORM all three, "
-                f"from MATRIXSTORAGE of CalculiX), found {count} of node {label} in a *TRANSFORM"
-            )
-
-
-def _moves_across(contact: ContactSection, stiffness: Stiffness, held: set[tuple[int, int]]) -> bool:
-    """Whether a contact node can move along z, so that the plane of x and y, only assumed, does not hold."""
-    rows = np.isin(stiffness.dofs[:, 0], contact.labels) & (stiffness.dofs[:, 1] == 3)
-    rows &= stiffness.K.diagonal() < DEFAULT.constrained_diagonal
-    return not set(map(tuple, stiffness.dofs[rows].tolist())) <= held

@@ -9,7 +9,7 @@ import numpy as np
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ProblemError
 from shakedown.models.condensation.contact_frame import SPACE, patch_positions, tangent_pairs
-from shakedown.models.condensation.surface_mesh import NodeCoupling, coupling_of_nodes, joined_couplings
+from shakedown.models.condensation.surface_mesh import coupling_of_nodes, joined_couplings
 from shakedown.models.importing.contact_section import ContactSection, Friction, check_order, contact_section
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import InputFiles, quoted, unfit
@@ -37,11 +37,8 @@ def contact_of(
             raise table.missing("name", "what each of several patches is called")
         if part.name in {other.name for other in parts[:k]}:
             raise table.unfit("another name", f"{quoted(part.name)} twice")
-        # keys that are about the whole model
-        for key in ("axes", "free_out_of_plane"):
-            one, other = getattr(parts[0], key), getattr(part, key)
-            if one != other:
-                raise table.wrong(key, f"{shown(one)}, as of {quoted(parts[0].name)}", shown(other))
+        if part.axes != (axes := parts[0].axes):  # they are about the whole model
+            raise table.wrong("axes", f"{shown(axes)}, as of {quoted(parts[0].name)}", shown(part.axes))
     _check_apart(parts, [table.where for table in tables])
     return _joined(parts)
 
@@ -119,7 +116,13 @@ def _joined(parts: Sequence[ContactSection]) -> ContactSection:
     kinds = {(part.labels.ndim, part.coupling is None) for part in parts}
     coupling = None
     if len(kinds) > 1 or parts[0].coupling is not None:
-        coupling = joined_couplings([_coupling(part, parts) for part in parts])
+        d = next((part.coupling.normals.shape[1] for part in parts if part.coupling is not None), 3)
+        coupling = joined_couplings(
+            [
+                part.coupling or coupling_of_nodes(part.labels, part.unit_normals[:, :d], part.middle_nodes)
+                for part in parts
+            ]
+        )
     every: dict[str, Any] = {
         key: None
         if any(getattr(part, key) is None for part in parts)
@@ -131,7 +134,9 @@ def _joined(parts: Sequence[ContactSection]) -> ContactSection:
         first,
         labels=np.concatenate([part.labels if coupling is None else part.first for part in parts]),
         **every,
-        tangent=_tangents(parts) if first.axes == SPACE else None,
+        tangent=np.concatenate([tangent_pairs(part.unit_normals, part.tangent) for part in parts])
+        if first.axes == SPACE
+        else None,
         assumed=all(part.assumed for part in parts),
         x=None,
         gap=_of_nodes([part.gap for part in parts], parts),
@@ -146,24 +151,11 @@ def _joined(parts: Sequence[ContactSection]) -> ContactSection:
     return replace(made, x=_positions(made))
 
 
-def _coupling(part: ContactSection, parts: Sequence[ContactSection]) -> NodeCoupling:
-    """The coupling of a patch, in as many dimensions as the surfaces of other patches have."""
-    if part.coupling is not None:
-        return part.coupling
-    size = next((other.coupling.normals.shape[1] for other in parts if other.coupling is not None), 3)
-    return coupling_of_nodes(part.labels, part.unit_normals[:, :size], part.middle_nodes)
-
-
 def _of_nodes(values: Sequence[FloatArray], parts: Sequence[ContactSection]) -> FloatArray:
     """Values of all nodes, (n,), from one number or one per node for every patch."""
     return np.concatenate(
         [np.broadcast_to(each, len(part.labels)) for each, part in zip(values, parts, strict=True)]
     )
-
-
-def _tangents(parts: Sequence[ContactSection]) -> FloatArray:
-    """The tangents of all nodes, (n, 2, 3); every patch has those that it would have alone."""
-    return np.concatenate([tangent_pairs(part.unit_normals, part.tangent) for part in parts])
 
 
 def _positions(contact: ContactSection) -> FloatArray | None:

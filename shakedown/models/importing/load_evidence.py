@@ -4,16 +4,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray, IntArray
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.models.condensation.contact_frame import ContactFrame
+from shakedown.models.condensation.contact_frame import ContactFrame, in_space
 from shakedown.models.condensation.factorised_interior import WeldedCase
 from shakedown.models.condensation.load_case import MEAN_ROUND_OFF, LoadCase, histories
-from shakedown.models.importing.bolt_section import BoltSection, with_pulls
-from shakedown.models.importing.contact_directions import in_space
+from shakedown.models.importing.bolt_section import BoltSection
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.importing.load_section import LoadSection
 from shakedown.models.importing.model_evidence import ModelEvidence, places_of_rows
@@ -96,7 +94,10 @@ class Resultants:
         force = np.zeros(len(self.dofs)) if case.force is None else case.force
         along = np.where(self.dofs[:, 0] > 0, self.dofs[:, 1], 0)  # of nodes, not of modes
         applied = np.array([force[along == axis].sum() for axis in self.contact.axes])
-        parts = self._parts(case, with_pulls(force, pulls, self.bolts), in_space(welded, self.contact.axes))
+        for pull, bolt in zip(pulls, self.bolts, strict=True):  # by their shanks while the contact is welded
+            if bolt.stiffness and bolt.unit.force is not None:
+                force = force + pull * bolt.unit.force
+        parts = self._parts(case, force, in_space(welded, self.contact.axes))
         return LoadEvidence(name, applied, welded.sum(axis=0), tuple(parts))
 
     def _parts(self, case: LoadCase, force: FloatArray, welded: FloatArray) -> Iterator[LoadPart]:
@@ -129,9 +130,7 @@ class Resultants:
             if (bears and not body.free) or np.nanmax(np.abs(carried[keys])) > SIX_DIGITS * size:
                 yield self._part(f"supports, {body.name}", carried)
 
-    def _wrench(
-        self, nodes: NDArray[np.intp], forces: FloatArray, among: NDArray[np.intp] | None = None
-    ) -> FloatArray:
+    def _wrench(self, nodes: IntArray, forces: FloatArray, among: IntArray | None = None) -> FloatArray:
         """Force and moment, (6,), of forces (k, 3), or with moments (k, 6), at nodes, or at some of them."""
         if among is not None:
             nodes, forces = nodes[own := np.isin(nodes, among)], forces[own]
@@ -154,27 +153,20 @@ def load_doubts(
     loads: Sequence[LoadSection], names: Sequence[str], welded: Sequence[WeldedCase], stiffness: FloatArray
 ) -> Iterator[str]:
     """Warnings about single loads, and about all of them together, on a model with κ."""
-    factors = histories([load.case for load in loads])
-    steps, stiff = len(factors.period), float(np.abs(stiffness).max())
-    noise = MEAN_ROUND_OFF * np.maximum(np.abs(factors.period).max(axis=0), np.abs(factors.means))
-    still = np.abs(factors.period - factors.means).max(axis=0) <= noise
-    for k, (load, name) in enumerate(zip(loads, names, strict=True)):
-        case, factor = load.case, factors.period[:, k]
+    factors, stiff = histories([load.case for load in loads]), float(np.abs(stiffness).max())
+    for load, name, each in zip(loads, names, welded, strict=True):
+        case = load.case
         yield from (f"load {quoted(name)}: {doubt}" for doubt in load.doubts)
-        if still[k] and (case.history is None or case.history.ndim):
-            value = "0" if not factor.any() else f"{factor[0]:.4g}"
-            still_at = f"its factor is {value} at every one of {steps} load step(s)"
-            yield f"load {quoted(name)} does not vary: {still_at}"
         sizes = [(case.force, 1.0), (case.reactions, 1.0), (case.displacement, stiff), (case.opened, stiff)]
-        size = max(each * np.abs(part).max(initial=0.0) for part, each in sizes if part is not None)
-        if size == 0 and case.displacement is None:  # a displacement of zero holds its rows
-            yield f"load {quoted(name)} is zero: it has no effect"
-        elif np.abs(welded[k].reactions).max() <= NEGLIGIBLE * size and size > 0:  # round-off
+        size = max(scale * np.abs(part).max(initial=0.0) for part, scale in sizes if part is not None)
+        holds = size == 0 and case.displacement is not None  # a displacement of zero
+        if np.abs(each.reactions).max() <= NEGLIGIBLE * size and not holds:
             yield f"load {quoted(name)} reaches no contact node: the welded contact carries nothing of it"
-    if still.all():
+    noise = MEAN_ROUND_OFF * np.maximum(np.abs(factors.period).max(axis=0), np.abs(factors.means))
+    if (np.abs(factors.period - factors.means).max(axis=0) <= noise).all():
         yield (
-            f"no load varies over the {steps} load step(s): the periodic part is zero, and every load factor "
-            "leaves the joint as it is"
+            f"no load varies over the {len(factors.period)} load step(s): the periodic part is zero, and "
+            "every load factor leaves the joint as it is"
         )
 
 

@@ -4,12 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import DIRECTIONS, MANY, PER_CENT, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import DIRECTIONS, MANY, PER_CENT, SIX_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.models.condensation.condense import Condensation
 from shakedown.models.condensation.load_case import LoadCase
@@ -20,35 +19,14 @@ from shakedown.models.readers.abaqus import ELEMENT, read_nodal_loads, read_subs
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.nastran import read_op4_entries
 from shakedown.models.readers.nodal_vectors import NodalVectors, What
-from shakedown.models.readers.text import (
-    InputFiles,
-    NumberTable,
-    listed,
-    quoted,
-    read_lines,
-    read_table,
-    unfit,
-)
+from shakedown.models.readers.text import InputFiles, listed, quoted, read_lines, read_table, unfit
 from shakedown.models.readers.toml_table import TomlTable, Values, is_number, shown, values_of
 
-
-class TimeFunction(NamedTuple):
-    """Factors of a load case over one period, and what the load steps do not show of it.
-
-    Attributes
-    ----------
-    factors : () or (m,)
-        The factors at the load steps t = k/m.
-    doubts : tuple of str
-        Doubts: peaks between load steps, waves that they alias, a record that ends long before the period.
-    """
-
-    factors: FloatArray
-    doubts: tuple[str, ...] = ()
+Factors = tuple[FloatArray, tuple[str, ...]]  # at the load steps, () or (m,); doubts about them
 
 
-def time_function(table: TomlTable, steps: int | None, files: InputFiles) -> TimeFunction:
-    """The key ``history`` of a load, at the load steps t = k/m of one period.
+def time_function(table: TomlTable, steps: int | None, files: InputFiles) -> Factors:
+    """The key ``history`` of a load: factors at the load steps t = k/m of one period, () or (m,), and doubts.
 
     A number is a constant; a list holds the factors themselves; a table holds
 
@@ -59,8 +37,7 @@ def time_function(table: TomlTable, steps: int | None, files: InputFiles) -> Tim
     - or ``file``: a table of numbers, with ``column`` (its heading, or its number
       from 1) where it has several. With ``time`` (a column) and ``period`` (in the
       same unit) the values are sampled at the load steps, straight lines between;
-      else each row is one load step. ``delimiter`` (tab, ;, comma, space) and
-      ``decimal`` (. or comma) where they are not to be found out, ``scale`` a factor.
+      else each row is one load step.
 
     Raises
     ------
@@ -72,29 +49,25 @@ def time_function(table: TomlTable, steps: int | None, files: InputFiles) -> Tim
     --------
     >>> from pathlib import Path
     >>> load = TomlTable({"history": {"constant": 1.0, "harmonics": [{"order": 1, "sin": 0.5}]}}, "load 1")
-    >>> time_function(load, 4, InputFiles(Path("."))).factors
+    >>> time_function(load, 4, InputFiles(Path(".")))[0]
     array([1. , 1.5, 1. , 0.5])
     """
-    if isinstance(table.content.get("history"), dict):
-        return _function(table.table("history"), steps, files)
-    if not table.has("history"):
+    given = table.content.get("history")
+    if given is None:
         raise table.missing("history", "a number, a list or a table")
-    if isinstance(table.content["history"], list):
-        return TimeFunction(np.array(table.array("history", float, (None,)), dtype=float))
-    return TimeFunction(np.array(table.number("history")))
-
-
-def _function(table: TomlTable, steps: int | None, files: InputFiles) -> TimeFunction:
-    kinds = [key for key in ("harmonics", "points", "file") if table.has(key)]
+    if isinstance(given, list):
+        return np.array(table.array("history", float, (None,)), dtype=float), ()
+    if not isinstance(given, dict):
+        return np.array(table.number("history")), ()
+    function = table.table("history")
+    kinds = [key for key in ("harmonics", "points", "file") if function.has(key)]
     if len(kinds) != 1:
-        raise table.unfit("one of harmonics, points and file", len(kinds))
+        raise function.unfit("one of harmonics, points and file", len(kinds))
     if kinds[0] == "file":
-        found = _from_file(table, steps, files)
-    elif kinds[0] == "harmonics":
-        found = _harmonics(table, _steps(table, steps))
+        found = _from_file(function, steps, files)
     else:
-        found = _points(table, _steps(table, steps))
-    table.done()
+        found = (_harmonics if kinds[0] == "harmonics" else _points)(function, _steps(function, steps))
+    function.done()
     return found
 
 
@@ -106,7 +79,7 @@ def _steps(table: TomlTable, steps: int | None) -> FloatArray:
     return np.arange(steps) / steps
 
 
-def _harmonics(table: TomlTable, t: FloatArray) -> TimeFunction:
+def _harmonics(table: TomlTable, t: FloatArray) -> Factors:
     constant, terms = table.number("constant", 0.0) or 0.0, list[tuple[int, float, float]]()
     for term in table.tables("harmonics"):
         order = term.integer("order") if term.has("order") else 1
@@ -122,37 +95,30 @@ def _harmonics(table: TomlTable, t: FloatArray) -> TimeFunction:
             total += cos * np.cos(phase) + sin * np.sin(phase)
         return total
 
-    m, sampled = len(t), at(t)
     highest = max((order for order, *parts in terms if any(parts)), default=0)
-    aliases = tuple(
-        f"{m} load step(s) do not show its harmonic of order {order}: 'steps' above {2 * order} does"
-        for order, cos, sin in terms
-        if (cos or sin) and (2 * order > m or (2 * order == m and sin))
-    )
     fine = np.linspace(0.0, 1.0, DIRECTIONS * min(highest, MANY // DIRECTIONS) + 1)
-    return TimeFunction(sampled, aliases or _missed(sampled, at(fine)))
+    return _checked(at(t), at(fine))
 
 
-def _missed(sampled: FloatArray, peaks: FloatArray) -> tuple[str, ...]:
-    """A doubt where a function goes further at its ``peaks``, between the load steps, than at them."""
+def _checked(sampled: FloatArray, peaks: FloatArray) -> Factors:
+    """Factors, and a doubt where the function goes further at its ``peaks``, between the load steps."""
     low, high = peaks.min(), peaks.max()
     share = max(high - sampled.max(), sampled.min() - low) / (high - low) if high > low else 0.0
     if share <= PER_CENT:
-        return ()
-    return (
-        f"its {len(sampled)} load step(s) miss {100 * share:.2g} % of its range: it lies between "
+        return sampled, ()
+    return sampled, (
+        f"its {len(sampled)} load step(s) miss {100 * share:.3g} % of its range: it lies between "
         f"{low:.4g} and {high:.4g}, at the load steps between {sampled.min():.4g} and {sampled.max():.4g}; "
         "more 'steps' show it",
     )
 
 
-def _sampled(t: FloatArray, times: FloatArray, values: FloatArray, *, whole: bool) -> TimeFunction:
+def _straight(t: FloatArray, times: FloatArray, values: FloatArray, *, whole: bool) -> Factors:
     """Straight lines between values; closed from the last to the first, unless they are ``whole`` periods."""
-    found = np.interp(t, times, values, period=None if whole else 1.0)
-    return TimeFunction(found, _missed(found, values))
+    return _checked(np.interp(t, times, values, period=None if whole else 1.0), values)
 
 
-def _points(table: TomlTable, t: FloatArray) -> TimeFunction:
+def _points(table: TomlTable, t: FloatArray) -> Factors:
     times, values = np.array(table.array("points", float, (None, 2)), dtype=float).T
     down = np.flatnonzero(np.diff(times) < 0)
     if times.min() < 0 or times.max() > 1 or down.size:
@@ -160,34 +126,26 @@ def _points(table: TomlTable, t: FloatArray) -> TimeFunction:
         if down.size:
             found = f"t = {times[down[0] + 1]:g} after {times[down[0]]:g}"
         raise table.unfit("points with 0 <= t <= 1 in ascending order", found)
-    return _sampled(t, times, values, whole=times[-1] == 1 and times[0] == 0)
+    return _straight(t, times, values, whole=times[-1] == 1 and times[0] == 0)
 
 
-def _from_file(table: TomlTable, steps: int | None, files: InputFiles) -> TimeFunction:
+def _from_file(table: TomlTable, steps: int | None, files: InputFiles) -> Factors:
     name, column, time = str(table.text("file")), table.key_of_column("column"), table.key_of_column("time")
-    delimiter, decimal = table.text("delimiter", required=False), table.text("decimal", required=False)
-    period, scale = table.number("period"), table.number("scale", 1.0) or 0.0
-    read = partial(read_table, delimiter=delimiter, decimal=decimal)
-    rows = files.read(name, read, table.at("file"))
+    period = table.number("period")
+    rows = files.read(name, read_table, table.at("file"))
     width = rows.values.shape[1]
     if column is None and width > 1 + (time is not None):
         names = listed(rows.columns) if rows.columns else f"1 to {width}"
         raise table.unfit(f"the key 'column' (one of {names})", "none")
     if column is None:
         column = 1 if width == 1 or not np.array_equal(rows.column(time or 1), rows.column(1)) else 2
-    values = scale * rows.column(column)
+    values = rows.column(column)
     if (time is None) != (period is None):
         found = "'time'" if period is None else "'period'"
         raise table.unfit("the keys 'time' and 'period' together", f"{found} alone")
     if time is None or period is None:
-        return TimeFunction(values)
-    return _resampled(rows, values, rows.column(time), period, _steps(table, steps))
-
-
-def _resampled(
-    rows: NumberTable, values: FloatArray, times: FloatArray, period: float, t: FloatArray
-) -> TimeFunction:
-    """Values at the load steps of the period that begins with the first row."""
+        return values, ()
+    t, times = _steps(table, steps), rows.column(time)  # of the period that begins with the first row
     down = np.flatnonzero(np.diff(times) < 0)
     # times are printed with few digits
     if not period > 0 or down.size or times[-1] - times[0] > period * (1 + SIX_DIGITS):
@@ -196,7 +154,7 @@ def _resampled(
             found = f"{times[down[0] + 1]:g} after {times[down[0]]:g} in line {rows.lines[down[0] + 1]}"
         raise unfit(rows.name, f"times in ascending order within one period of {period:g}", found)
     passed = (times - times[0]) / period
-    sampled, doubts = _sampled(t, passed, values, whole=abs(passed[-1] - 1.0) <= SIX_DIGITS)
+    sampled, doubts = _straight(t, passed, values, whole=abs(passed[-1] - 1.0) <= SIX_DIGITS)
     unrecorded = 1.0 - passed[-1]
     # share of the period that may be missing after the last row of a record
     if unrecorded > max(0.05, 2 * np.diff(passed).max(initial=0.0)):
@@ -204,7 +162,7 @@ def _resampled(
             f"its record covers {100 * passed[-1]:.3g} % of the period of {period:g}, and goes straight back "
             "to its beginning for the rest: are 'time' and 'period' in one unit?",
         )
-    return TimeFunction(sampled, doubts)
+    return sampled, doubts
 
 
 @dataclass(frozen=True)
@@ -212,7 +170,7 @@ class LoadSection:
     """A load case, the rows that it moves, and doubts."""
 
     case: LoadCase
-    prescribed: NDArray[np.intp]
+    prescribed: IntArray
     doubts: tuple[str, ...] = ()
 
 
@@ -222,7 +180,14 @@ def load_section(table: TomlTable, context: ImportContext) -> LoadSection:
     displacement = np.zeros(len(context.stiffness.dofs))
     rows = context.rows(table.at("displacements"), moved or {})
     displacement[rows] = list((moved or {}).values())
-    _check_circumference(table, context)
+    given = [key for key in ("reactions", "thermal") if table.has(key)]
+    if given and context.mesh.axisymmetric and not context.checked:
+        raise table.wrong(
+            given[0],
+            "'forces' (on the whole circumference) or 'open' for an axisymmetric model, or [check] "
+            "with a run that moves contact nodes radially",
+            f"neither; {HOOP}",
+        )
     reactions, clamped = _clamped_run(table, context)
     acting = [each for each in (listed, clamped, _thermal_forces(table, context)) if each is not None]
     force = np.sum(acting, axis=0) if acting else None
@@ -230,9 +195,9 @@ def load_section(table: TomlTable, context: ImportContext) -> LoadSection:
     limits = table.array("range", float, (2,), required=False)
     if limits is not None and table.has("history"):
         raise table.unfit("one of the keys 'history' and 'range'", "both")
-    course = None if limits is not None else time_function(table, context.steps, context.files)
+    history, doubts = (None, ()) if limits is not None else time_function(table, context.steps, context.files)
     case = LoadCase(
-        history=None if course is None else course.factors,
+        history=history,
         range=limits,
         force=force,
         displacement=None if moved is None else displacement,
@@ -246,7 +211,7 @@ def load_section(table: TomlTable, context: ImportContext) -> LoadSection:
         name=table.text("name", table.where) or table.where,
     )
     table.done()
-    return LoadSection(case, rows, () if course is None else course.doubts)
+    return LoadSection(case, rows, doubts)
 
 
 def vary_loads(root: TomlTable, changes: Mapping[str, float]) -> dict[str, float]:
@@ -330,18 +295,6 @@ def _op4_column(path: Path, matrix: str, column: int | None, size: int) -> Float
     return found
 
 
-def _check_circumference(table: TomlTable, context: ImportContext) -> None:
-    """Refuse reactions of an axisymmetric model unless a static run has to agree with its stiffness."""
-    given = [key for key in ("reactions", "thermal") if table.has(key)]
-    if given and context.mesh.axisymmetric and not context.checked:
-        raise table.wrong(
-            given[0],
-            "'forces' (on the whole circumference) or 'open' for an axisymmetric model, or [check] "
-            "with a run that moves contact nodes radially",
-            f"neither; {HOOP}",
-        )
-
-
 def _spread(where: str, values: Values, context: ImportContext) -> FloatArray:
     """Values of (node, direction) pairs on all rows; 0 elsewhere."""
     spread = np.zeros(len(context.stiffness.dofs))
@@ -355,7 +308,7 @@ def held_keys(supports: TomlTable, loads: Sequence[TomlTable], mesh: Mesh) -> se
     return held.union(*(values_of(mesh, load.copy(), "displacements") or () for load in loads))
 
 
-def held_rows(supports: TomlTable, context: ImportContext, loads: list[LoadSection]) -> NDArray[np.intp]:
+def held_rows(supports: TomlTable, context: ImportContext, loads: list[LoadSection]) -> IntArray:
     """The rows that ``[supports]`` and prescribed displacements keep from moving freely."""
     fixed = values_of(context.mesh, supports, "fixed", valued=False)
     supports.done()

@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.formats import Format, has
 from shakedown.models.readers.mapped_matrices import implied_rows
@@ -19,11 +18,11 @@ from shakedown.models.readers.mesh import (
     ABAQUS,
     CALCULIX,
     FACES,
-    CoordinateSystem,
     Element,
     Line,
     Mesh,
     Orientation,
+    axes_at,
 )
 from shakedown.models.readers.text import integers, listed, number, quoted, read_lines, unfit
 
@@ -34,7 +33,7 @@ _INCLUDE = re.compile(r"\*INCLUDE\s*(?:,\s*INPUT\s*=\s*\"?([^\",]+))?", re.IGNOR
 _IN_A_FILE = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "EQUATION")  # may stand in a file of their own
 _READ = (*_IN_A_FILE, "TRANSFORM", "ELASTIC", "PART", "INSTANCE", "SYSTEM")  # whose lines count
 
-Labels = NDArray[np.intp]
+Labels = IntArray
 Sets = dict[str, Labels]
 
 
@@ -259,8 +258,7 @@ class _Deck:
             return origin, np.eye(3)
         first = ways[0] - origin
         second = ways[1] - origin if len(ways) > 1 else np.cross([0.0, 0.0, 1.0], first)
-        system = CoordinateSystem(f"{card.data[0][0]}: *SYSTEM", False, first, second)
-        return origin, system.axes_at(origin[None])[0]
+        return origin, axes_at(origin[None], first, second, "R", f"{card.data[0][0]}: *SYSTEM")[0]
 
     def _shift(self) -> tuple[FloatArray, set[int]]:
         """What moves the part's nodes, and the places of the cards inside of the part and its instance."""

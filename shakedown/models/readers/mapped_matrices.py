@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.files.npz import read_array, read_header
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import FloatArray, IntArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.models.readers.formats import Format, format_of
 from shakedown.models.readers.stiffness import (
@@ -43,7 +43,7 @@ _HEADING = re.compile("matrix|eqn?|equation|row|no|number|node|label|dof|dir(ect
 _COMMENT = "#%$!*"
 
 
-def row_map(rows: Rows, size: int, where: str, format: str) -> NDArray[np.intp]:
+def row_map(rows: Rows, size: int, where: str, format: str) -> IntArray:
     """Node and direction of each of ``size`` rows of a matrix that has no labels, (N, 2).
 
     Parameters
@@ -81,7 +81,7 @@ def row_map(rows: Rows, size: int, where: str, format: str) -> NDArray[np.intp]:
     return table
 
 
-def read_row_map(path: str | os.PathLike[str], size: int | None = None) -> NDArray[np.intp]:
+def read_row_map(path: str | os.PathLike[str], size: int | None = None) -> IntArray:
     """Read a row map of any of the kinds that :func:`row_map` lists, (N, 2).
 
     Raises
@@ -106,7 +106,7 @@ def read_row_map(path: str | os.PathLike[str], size: int | None = None) -> NDArr
     return format_of(path, "rows").reads["rows"](path, size)
 
 
-def _array(path: str | os.PathLike[str], size: int | None) -> NDArray[np.intp]:
+def _array(path: str | os.PathLike[str], size: int | None) -> IntArray:
     """The map of the numbers of an ``.npy`` file."""
     name = os.fspath(path)
     with open_input(path) as file, found_in(name):
@@ -118,7 +118,7 @@ def _array(path: str | os.PathLike[str], size: int | None) -> NDArray[np.intp]:
     return _of_columns(found.astype(float).reshape(len(found), -1), size, name)
 
 
-def _listed(path: str | os.PathLike[str], size: int | None) -> NDArray[np.intp]:
+def _listed(path: str | os.PathLike[str], size: int | None) -> IntArray:
     """The map of lines of one to three numbers each, of which the last may be the name of a direction.
 
     Blank lines, a line of headings (node, dof …) at the head, and lines that start with ``#``, ``%``,
@@ -142,7 +142,7 @@ def _listed(path: str | os.PathLike[str], size: int | None) -> NDArray[np.intp]:
     return _of_columns(np.array(table, dtype=float), size, name)
 
 
-def _of_columns(table: NDArray[np.float64], size: int | None, name: str) -> NDArray[np.intp]:
+def _of_columns(table: NDArray[np.float64], size: int | None, name: str) -> IntArray:
     """The map of columns equation (where there are three), node, direction; or of the nodes alone."""
     if table.shape[1] > 3 or not (np.abs(table) < LARGEST_WHOLE).all() or (table != np.round(table)).any():
         raise unfit(name, "whole numbers in one to three columns", "others")
@@ -164,7 +164,7 @@ def _of_columns(table: NDArray[np.float64], size: int | None, name: str) -> NDAr
     return found
 
 
-def implied_rows(nodes: NDArray[np.intp], size: int | None, name: str) -> NDArray[np.intp]:
+def implied_rows(nodes: IntArray, size: int | None, name: str) -> IntArray:
     """Nodes without directions: each has the same number of rows, in the order x, y, z."""
     if size is None:
         raise unfit(name, "rows 'node direction'", "nodes without directions")
@@ -212,7 +212,7 @@ def _market(path: str | os.PathLike[str]) -> tuple[list[str], list[int], str, li
     return [word.lower() for word in banner.groups()], integers(size[1].split(), where), where, body
 
 
-def _node_vector(path: str | os.PathLike[str], size: int | None) -> NDArray[np.intp]:
+def _node_vector(path: str | os.PathLike[str], size: int | None) -> IntArray:
     """The map of the whole numbers of an array with one column."""
     name = os.fspath(path)
     words, sizes, where, body = _market(path)
@@ -320,7 +320,7 @@ def read_harwell_boeing(path: str | os.PathLike[str], rows: Rows = None) -> Stif
         raise unfit(name, f"column pointers from 1 to {count + 1} in order", found)
     if count and (index.min() < 0 or index.max() >= N):
         raise unfit(name, f"rows 1 to {N}", index.max() + 1)
-    column: NDArray[np.intp] = np.repeat(np.arange(N), np.diff(pointers))
+    column: IntArray = np.repeat(np.arange(N), np.diff(pointers))
     check_entries_once(index, column, name)
     matrix = sparse.coo_array((sections[2], (index, column)), shape=(N, N))
     whole = matrix if kind.upper() == "RUA" else completed(matrix)
@@ -391,17 +391,11 @@ def _begins_with_entry(text: str) -> bool:
 
 
 _OF_MARKET: dict[str, Callable[..., Any]] = {"stiffness": read_matrix_market, "rows": _node_vector}
-_NUMBERED = {"stiffness": read_calculix_storage}
+_BOEING, _NUMBERED = {"stiffness": read_harwell_boeing}, {"stiffness": read_calculix_storage}
 FORMATS = (
     Format("npy", "an array of NumPy", {"rows": _array}, begins=re.compile("\x93NUMPY").match),
     Format("matrix-market", "Matrix Market", _OF_MARKET, ("rows",), begins=is_matrix_market),
-    Format(
-        "harwell-boeing",
-        "Harwell-Boeing",
-        {"stiffness": read_harwell_boeing},
-        ("rows",),
-        begins=is_harwell_boeing,
-    ),
+    Format("harwell-boeing", "Harwell-Boeing", _BOEING, ("rows",), begins=is_harwell_boeing),
     Format("numbered", "Abaqus COORDINATE, CalculiX .sti", _NUMBERED, ("rows",), begins=_begins_with_entry),
     Format("rows", "a list of rows", {"rows": _listed}),
 )

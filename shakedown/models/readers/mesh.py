@@ -7,9 +7,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from shakedown.ground.constants import NEGLIGIBLE, THREE_DIGITS, FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, THREE_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.joint.places import without_cancelled
 from shakedown.models.condensation.surface_mesh import ContactSurface
@@ -18,82 +18,44 @@ from shakedown.models.readers.text import listed, number, quoted, unfit
 Line = tuple[str, list[str]]  # where it stands in a deck, its fields
 
 
-@dataclass(frozen=True, eq=False)
-class CoordinateSystem:
-    """Three perpendicular axes at every place.
+def axes_at(places: FloatArray, first: FloatArray, second: FloatArray, kind: str, name: str) -> FloatArray:
+    """Three perpendicular axes at places (n, 3), one per row, (n, 3, 3).
 
-    Attributes
+    Parameters
     ----------
-    name : str
-        What the deck calls it, with the file, for messages.
-    cylindrical : bool
-        Whether the axes are radial, circumferential and axial.
     first, second : (3,)
-        Rectangular: a vector along the first axis, and one in the plane of the first and the second axis.
-        Cylindrical: two points on the axis [length].
-    """
-
-    name: str
-    cylindrical: bool
-    first: FloatArray
-    second: FloatArray
-
-    def axes_at(self, places: FloatArray) -> FloatArray:
-        """The axes at places (n, 3), one per row, (n, 3, 3).
-
-        Raises
-        ------
-        ProblemError
-            If the points of the system do not say its axes, or a place lies on the axis of a cylinder.
-
-        Examples
-        --------
-        >>> pin = CoordinateSystem("pin", True, np.zeros(3), np.array([0.0, 0.0, 1.0]))
-        >>> pin.axes_at(np.array([[0.0, 2.0, 5.0]])).tolist()
-        [[[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]]
-        """
-        if not self.cylindrical:
-            third = np.cross(self.first, self.second)
-            size = np.linalg.norm(self.first) * np.linalg.norm(self.second)
-            self._check(bool(np.linalg.norm(third) > NEGLIGIBLE * size), "two directions that span a plane")
-            axes = np.array([self.first, np.cross(third, self.first), third])
-            return np.tile(axes / np.linalg.norm(axes, axis=1)[:, None], (len(places), 1, 1))
-        axis = self.second - self.first
-        length = float(np.linalg.norm(axis))
-        self._check(length > 0, "two points on the axis")
-        axis = axis / length
-        arm = places - self.first
-        radial = arm - np.outer(arm @ axis, axis)
-        radius = np.linalg.norm(radial, axis=1)
-        self._check(bool((radius > NEGLIGIBLE * length).all()), "nodes beside its axis")
-        radial = radial / radius[:, None]
-        along = np.broadcast_to(axis, radial.shape)
-        return np.stack([radial, np.cross(axis, radial), along], axis=1) + 0.0
-
-    def _check(self, right: bool, expected: str) -> None:
-        if not right:
-            raise unfit(self.name, expected, "others")
-
-
-def nodal_system(parameters: dict[str, str], data: list[Line], name: str) -> CoordinateSystem:
-    """Read the data line of ``*TRANSFORM`` in a file: the directions of the nodes of a set.
-
-    The line has two points. With ``TYPE=R`` they lie along the first axis, and in the plane of the first and
-    the second one. With ``TYPE=C`` they lie on the axis, and the directions are radial, circumferential and
-    axial.
+        Rectangular (``kind`` R): a vector along the first axis, and one in the plane of the first and the
+        second axis. Cylindrical (C), radial, circumferential and axial: two points on the axis [length].
+    name
+        What the deck calls the system, with the file, for messages.
 
     Raises
     ------
     ProblemError
-        If it is of another kind, or there are not six numbers.
+        If these do not say the axes, or a place lies on the axis of a cylinder.
+
+    Examples
+    --------
+    >>> axes_at(np.array([[0.0, 2.0, 5.0]]), np.zeros(3), np.array([0.0, 0.0, 1.0]), "C", "pin").tolist()
+    [[[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]]
     """
-    kind = parameters.get("TYPE", "R").strip().upper()
-    where = data[0][0] if data else name
-    fields = [text for _, own in data for text in own if text]
-    if kind not in ("R", "C") or len(fields) != 6:
-        raise unfit(where, "*TRANSFORM of TYPE=R or C with two points", quoted(", ".join([kind, *fields])))
-    first, second = np.array([number(text, where) for text in fields]).reshape(2, 3)
-    return CoordinateSystem(f"{where}: *TRANSFORM", kind == "C", first, second)
+    if kind == "R":
+        third = np.cross(first, second)
+        if not np.linalg.norm(third) > NEGLIGIBLE * np.linalg.norm(first) * np.linalg.norm(second):
+            raise unfit(name, "two directions that span a plane", "others")
+        axes = np.array([first, np.cross(third, first), third])
+        return np.tile(axes / np.linalg.norm(axes, axis=1)[:, None], (len(places), 1, 1))
+    axis = second - first
+    if not (length := float(np.linalg.norm(axis))) > 0:
+        raise unfit(name, "two points on the axis", "others")
+    axis, arm = axis / length, places - first
+    radial = arm - np.outer(arm @ axis, axis)
+    radius = np.linalg.norm(radial, axis=1)
+    if not (radius > NEGLIGIBLE * length).all():
+        raise unfit(name, "nodes beside its axis", "others")
+    radial = radial / radius[:, None]
+    along = np.broadcast_to(axis, radial.shape)
+    return np.stack([radial, np.cross(axis, radial), along], axis=1) + 0.0
 
 
 Element = tuple[str, tuple[int, ...]]  # shape, node labels
@@ -176,9 +138,9 @@ class Mesh:
     """
 
     name: str
-    labels: NDArray[np.intp]
+    labels: IntArray
     coordinates: FloatArray
-    node_sets: dict[str, NDArray[np.intp]] = field(default_factory=dict)
+    node_sets: dict[str, IntArray] = field(default_factory=dict)
     surfaces: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     elements: Mapping[int, Element] = field(default_factory=dict)
     rotated: Mapping[int, Orientation] = field(default_factory=dict)
@@ -189,12 +151,12 @@ class Mesh:
     sections: tuple[int, ...] = ()
     incompatible: int = 0
     unusable: Mapping[str, str] = field(default_factory=dict)
-    element_sets: Mapping[str, NDArray[np.intp]] = field(default_factory=dict)
+    element_sets: Mapping[str, IntArray] = field(default_factory=dict)
     spelled: Mapping[str, str] = field(default_factory=dict)
     frames: Mapping[int, FloatArray] = field(default_factory=dict)
 
     @classmethod
-    def of_nodes(cls, labels: NDArray[np.intp], coordinates: FloatArray, name: str) -> "Mesh":
+    def of_nodes(cls, labels: IntArray, coordinates: FloatArray, name: str) -> "Mesh":
         """Nodes without elements; ``ProblemError`` if a label occurs twice."""
         repeated = [label for label, count in Counter(labels.tolist()).items() if count > 1]
         if repeated:
@@ -211,7 +173,7 @@ class Mesh:
         """Whether there are any nodes, as there are none where a configuration names no file."""
         return bool(self.labels.size)
 
-    def nodes(self, name: str) -> NDArray[np.intp]:
+    def nodes(self, name: str) -> IntArray:
         """Labels of a node set or of the nodes of a surface, in the order of the file.
 
         Raises
@@ -246,8 +208,15 @@ class Mesh:
         places, found = self.at(wanted), np.tile(np.eye(3), (len(wanted), 1, 1))
         for k, label in enumerate(wanted.tolist()):
             if label in self.rotated:
-                system = nodal_system(*self.rotated[label], self.name)
-                found[k] = system.axes_at(places[k : k + 1])[0]
+                parameters, data = self.rotated[label]
+                kind = parameters.get("TYPE", "R").strip().upper()
+                where = data[0][0] if data else self.name
+                fields = [text for _, own in data for text in own if text]
+                if kind not in ("R", "C") or len(fields) != 6:
+                    found_there = quoted(", ".join([kind, *fields]))
+                    raise unfit(where, "*TRANSFORM of TYPE=R or C with two points", found_there)
+                first, second = np.array([number(text, where) for text in fields]).reshape(2, 3)
+                found[k] = axes_at(places[k : k + 1], first, second, kind, f"{where}: *TRANSFORM")[0]
         return found
 
     def at(self, labels: ArrayLike) -> FloatArray:

@@ -17,7 +17,6 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.ground.constants import IntArray
 from shakedown.ground.errors import ProblemError
@@ -292,7 +291,7 @@ def read_coordinates(path: str | os.PathLike[str]) -> Mesh:
     lines, name = read_lines(path), os.fspath(path)
     if heading := next((line for line in lines if re.match(r"\s*NODE\s+X\s+Y\s+Z\b", line)), None):
         rows = [line if line.strip()[:1].isdigit() else "" for line in lines]
-        table = number_table(rows, name, delimiter="space")
+        table = number_table(rows, name, marks=" ")
     else:
         table = number_table(lines, name)
     count = table.values.shape[1]
@@ -318,7 +317,7 @@ def read_ansys_archive(path: str | os.PathLike[str]) -> Mesh:
     name, lines = os.fspath(path), read_lines(path)
     places: list[tuple[int, list[float]]] = []
     cells: list[tuple[str, int, list[int]]] = []
-    sets: dict[str, dict[str, NDArray[np.intp]]] = {"NODE": {}, "ELEM": {}}
+    sets: dict[str, dict[str, IntArray]] = {"NODE": {}, "ELEM": {}}
     begins = re.compile(
         r"([NE]BLOCK|CMBLOCK)\s*,\s*([^,]*)(?:,\s*([A-Z]*)(?:\s*,\s*(\d{1,9}))?)?", re.IGNORECASE
     )
@@ -411,7 +410,7 @@ def _shapes_of(kind: int) -> dict[str, tuple[int, ...]]:
     return {}
 
 
-def _component(members: list[int], where: str) -> NDArray[np.intp]:
+def _component(members: list[int], where: str) -> IntArray:
     """The members of a component; a negative number ends a range that the number before it begins."""
     found: list[int] = []
     for member in members:

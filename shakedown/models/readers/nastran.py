@@ -17,9 +17,9 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from shakedown.ground.constants import IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.formats import Format, has
 from shakedown.models.readers.mapped_matrices import row_map
@@ -183,7 +183,7 @@ def is_bulk_data(lines: list[str]) -> bool:
     return any(_CARDS.match(line.upper()) for line in lines)
 
 
-def read_analysis_set(path: str | os.PathLike[str], superelement: int | None = None) -> NDArray[np.intp]:
+def read_analysis_set(path: str | os.PathLike[str], superelement: int | None = None) -> IntArray:
     """(point, component) of every row of a matrix of the analysis set, (N, 2).
 
     EXTRN gives the order itself. ASET, BSET, CSET, QSET (also ASET1 …) and, where
@@ -225,7 +225,7 @@ def read_analysis_set(path: str | os.PathLike[str], superelement: int | None = N
     return _once(rows, name)
 
 
-def _once(rows: list[tuple[int, int]], name: str) -> NDArray[np.intp]:
+def _once(rows: list[tuple[int, int]], name: str) -> IntArray:
     """The rows, none of them twice."""
     (point, component), times = Counter(rows).most_common(1)[0]
     if times > 1:
@@ -438,15 +438,10 @@ _OF_BULK: dict[str, Callable[..., Any]] = {
     "mesh": read_grids,
     "rows": lambda path, size: read_analysis_set(path),
 }
+_DMIG = re.compile(r"DMIG\b", re.IGNORECASE)
 _OF_DMIG, _OF_OP4 = {"stiffness": read_nastran_dmig}, {"stiffness": read_nastran_op4}
 FORMATS = (
     Format("op4", "Nastran OUTPUT4", _OF_OP4, ("rows", "matrix"), begins=is_op4),
-    Format(
-        "dmig",
-        "Nastran DMIG",
-        _OF_DMIG,
-        ("matrix", "superelement"),
-        contains=has(re.compile(r"DMIG\b", re.IGNORECASE)),
-    ),
+    Format("dmig", "Nastran DMIG", _OF_DMIG, ("matrix", "superelement"), contains=has(_DMIG)),
     Format("bulk", _BULK, _OF_BULK, ("superelement",), contains=is_bulk_data),
 )

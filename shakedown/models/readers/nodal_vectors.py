@@ -1,20 +1,16 @@
-"""What a static step gave at nodes, reactions or displacements: ``.dat`` and ``.frd`` of CalculiX, tables.
-
-A block of a binary ``.frd`` file follows lines of text, which say that it is binary; no line ends it.
-"""
+"""What a static step gave at nodes, reactions or displacements: ``.dat`` and ``.frd`` of CalculiX, tables."""
 
 import os
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, NoReturn
+from typing import Any, Literal, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
-from shakedown.ground.constants import SEVEN_DIGITS, FloatArray
+from shakedown.ground.constants import SEVEN_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.condensation.stiffness_checks import asymmetry
@@ -26,7 +22,6 @@ from shakedown.models.readers.text import (
     number,
     numbers,
     quoted,
-    read_bytes,
     read_lines,
     read_table,
     unfit,
@@ -61,14 +56,12 @@ class NodalVectors:
     what: What
     node_sets: tuple[str, ...]
     time: float
-    nodes: NDArray[np.intp]
+    nodes: IntArray
     vectors: FloatArray
     by_calculix: bool = False
     local: frozenset[int] = frozenset()
 
-    def at(
-        self, nodes: NDArray[np.intp], axes: tuple[int, ...], tied: NDArray[np.intp] | None = None
-    ) -> FloatArray:
+    def at(self, nodes: IntArray, axes: tuple[int, ...], tied: IntArray | None = None) -> FloatArray:
         """Components at nodes in two or three directions, (k, 2), with those of nodes tied to them added.
 
         Raises
@@ -82,7 +75,7 @@ class NodalVectors:
             return self.at(nodes, axes) + self.at(tied, axes)
         return self.vectors[self.places(nodes)][:, [axis - 1 for axis in axes]]
 
-    def places(self, nodes: NDArray[np.intp], what: str = "contact node") -> list[int]:
+    def places(self, nodes: IntArray, what: str = "contact node") -> list[int]:
         """The positions of nodes in the table; ``ProblemError`` if one was not printed."""
         index = {int(node): k for k, node in enumerate(self.nodes)}
         absent = [int(node) for node in nodes if int(node) not in index]
@@ -120,9 +113,7 @@ def combined(steps: Sequence[NodalVectors], factors: Sequence[float]) -> NodalVe
     )
 
 
-def in_model_directions(
-    run: NodalVectors, directions: Callable[[NDArray[np.intp]], FloatArray]
-) -> NodalVectors:
+def in_model_directions(run: NodalVectors, directions: Callable[[IntArray], FloatArray]) -> NodalVectors:
     """The vectors in components along x, y, z; ``directions`` has the axes of every node, (k, 3, 3).
 
     Examples
@@ -155,16 +146,6 @@ HEADINGS: dict[What, re.Pattern[str]] = {
     "displacements": re.compile(_HEADING.format(r"displacements \(vx,vy,vz\)"), re.IGNORECASE),
 }
 LETTERS: dict[What, str] = {"reactions": "RF", "displacements": "U"}
-Order = Literal["node-by-node", "direction-by-direction"]
-
-
-class _Step(NamedTuple):
-    """A step as it is read: its node sets, time and rows, and the nodes with directions of their own."""
-
-    node_sets: list[str]
-    time: float
-    rows: list[list[float]]
-    local: set[int]
 
 
 def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions") -> list[NodalVectors]:
@@ -177,14 +158,15 @@ def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions")
     ProblemError
         If there is no table, or a line of one is malformed.
     """
-    name, steps, inside = os.fspath(path), list[_Step](), False
+    name, inside = os.fspath(path), False
+    steps: list[tuple[list[str], float, list[list[float]], set[int]]] = []  # sets, time, rows, turned nodes
     for k, line in enumerate(read_lines(path), start=1):
         where, fields = f"{name}: line {k}", line.split()
         if heading := HEADINGS[what].match(line):
             time, inside = number(heading[2], where), True
-            if not steps or time != steps[-1].time or heading[1] in steps[-1].node_sets:
-                steps.append(_Step([], time, [], set()))
-            steps[-1].node_sets.append(heading[1])
+            if not steps or time != steps[-1][1] or heading[1] in steps[-1][0]:
+                steps.append(([], time, [], set()))
+            steps[-1][0].append(heading[1])
         elif fields and not fields[0].isdigit():  # another kind of output
             inside = False
         elif fields and inside:
@@ -192,8 +174,8 @@ def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions")
             if len(fields) != 4 + own:
                 letter = "f" if what == "reactions" else "v"
                 raise unfit(where, f"'node {letter}x {letter}y {letter}z'", quoted(line))
-            steps[-1].rows.append([*integers(fields[:1], where), *numbers(fields[1:4], where)])
-            steps[-1].local.update([int(fields[0])] if own else [])
+            steps[-1][2].append([*integers(fields[:1], where), *numbers(fields[1:4], where)])
+            steps[-1][3].update([int(fields[0])] if own else [])
     if not steps:
         raise ProblemError(
             f"{name}: expected {what} (*NODE PRINT, {LETTERS[what]}), found no table of "
@@ -220,17 +202,16 @@ def step_of(
 
 def unit_displacement_stiffness(
     steps: list[NodalVectors],
-    nodes: NDArray[np.intp],
+    nodes: IntArray,
     *,
     axes: tuple[int, ...] = (1, 2),
-    order: Order = "node-by-node",
-    amplitude: float = 1.0,
-    tied: NDArray[np.intp] | None = None,
+    tied: IntArray | None = None,
 ) -> Stiffness:
     """The condensed stiffness from one static step per contact degree of freedom.
 
-    Each step moves one contact node by ``amplitude`` in one direction and holds
-    all others; its reactions are a column of the stiffness. Rigid motions of a
+    Each step moves one contact node by 1 in one direction and holds all others, in the order (node 1, x),
+    (node 1, y), (node 2, x) … or x of all nodes, then y: the one in which the stiffness is symmetric. Its
+    reactions are a column of the stiffness. Rigid motions of a
     body that is held by the contact alone come back exactly, in spite of the few
     digits that are printed.
 
@@ -242,11 +223,6 @@ def unit_displacement_stiffness(
         Contact nodes in the order in which they were moved.
     axes
         The two directions of the plane, or the three of space, in the order in which they were moved.
-    order
-        ``"node-by-node"``: (node 1, x), (node 1, y), (node 2, x) …;
-        ``"direction-by-direction"``: x of all nodes, then y.
-    amplitude
-        The displacement [length].
     tied : (n,), optional
         A node tied to each contact node by an equation: CalculiX prints the
         force on it apart, and the reaction of the contact node lacks it.
@@ -264,11 +240,8 @@ def unit_displacement_stiffness(
     if len(steps) != d * n:
         expected = f"{d * n} steps, {d} for each of {n} contact nodes ('directions' says how many)"
         raise unfit("unit displacements", expected, len(steps))
-    if order not in ("node-by-node", "direction-by-direction"):
-        raise unfit("order", "'node-by-node' or 'direction-by-direction'", f"'{order}'")
-    columns = np.array([step.at(nodes, axes, tied).ravel() for step in steps]).T / amplitude
-    by_direction = columns[:, np.arange(d * n).reshape(d, n).T.ravel()]
-    K, other = (columns, by_direction) if order == "node-by-node" else (by_direction, columns)
+    columns = np.array([step.at(nodes, axes, tied).ravel() for step in steps]).T
+    K = min(columns, columns[:, np.arange(d * n).reshape(d, n).T.ravel()], key=asymmetry)
     if np.diag(K).max() < 0:
         raise ProblemError(
             "unit displacements: expected reactions that point the way the node was moved (the force on the "
@@ -276,10 +249,8 @@ def unit_displacement_stiffness(
         )
     error = asymmetry(K)
     if error > DEFAULT.printed_digits:
-        hint = ""
-        if asymmetry(other) <= DEFAULT.printed_digits:
-            hint = "; it is symmetric if the steps go the other way (order)"
-        raise unfit("unit displacements", "a symmetric stiffness", f"an asymmetry of {error:.2g}{hint}")
+        found = f"an asymmetry of {error:.2g}, whether the steps go node by node or direction by direction"
+        raise unfit("unit displacements", "a symmetric stiffness", found)
     dofs = np.column_stack([np.repeat(nodes, d), np.tile(axes, n)]).astype(np.intp)
     return Stiffness(
         sparse.csr_array(_with_rigid_motions(0.5 * K + 0.5 * K.T)),
@@ -299,85 +270,42 @@ def _with_rigid_motions(K: FloatArray) -> FloatArray:
     return K - (modes[:, rigid] * eigenvalues[rigid]) @ modes[:, rigid].T
 
 
-_NODE = {"0": slice(3, 8), "1": slice(3, 13)}  # columns of the node, by the format of a block
-_WIDTH = 12  # characters per number; numbers are not separated
-_RESULTS = b"  100C"  # how results begin
-
-
 def read_frd(path: str | os.PathLike[str], what: What = "displacements") -> list[NodalVectors]:
     """Read all blocks of displacements (DISP), or of reactions (FORC), in the order of the file.
 
-    Blocks of text have six digits, binary ones single precision.
+    They are those of ``*NODE FILE``, of text, with six digits.
 
     Raises
     ------
     ProblemError
         If there is no such block, or one is malformed.
     """
-    name, raw = os.fspath(path), read_bytes(path)
-    found, place, block = [], raw.find(_RESULTS), "FORC" if what == "reactions" else "DISP"
-    while place >= 0:
-        where = f"{name}: byte {place}"
-        head, place = _line(raw, place)
-        title, place = _line(raw, place)
-        if title.split()[:2] == ["-4", block]:
-            time, layout = number(head[12:24].strip(), where), head[73:75].strip()
-            if layout == "2":  # single precision
-                (count,) = integers([head[24:36].strip()], where)
-                rows = _records(raw, place, count, where)
-            else:
-                rows = _text_rows(raw, place, layout, where)
-            found.append(step_of(what, ("file",), time, rows, name))
-        place = raw.find(_RESULTS, place)
-    if not found:
-        raise unfit(name, f"{what} (*NODE FILE, {LETTERS[what]})", f"no block {block}")
-    return found
-
-
-def _line(raw: bytes, place: int) -> tuple[str, int]:
-    """The line that begins at a place, and where the next one begins."""
-    end = raw.find(b"\n", place)
-    end = len(raw) if end < 0 else end
-    return raw[place:end].decode("latin-1"), end + 1
-
-
-def _text_rows(raw: bytes, place: int, layout: str, where: str) -> list[list[float]]:
-    """Node and three components, in fixed columns, of a block of text."""
-    end = raw.find(b"\n -3", place)
-    if layout not in _NODE or end < 0:
-        found = "no end" if layout in _NODE else f"the format {quoted(layout)}"
-        raise unfit(where, "a block in text form that ends with -3", found)
-    node, rows, name = _NODE[layout], [], where.partition(": byte")[0]
-    lines = raw[place:end].decode("latin-1").split("\n")
-    for k, line in enumerate(lines, start=raw.count(b"\n", 0, place) + 1):
+    name, found, block = os.fspath(path), list[NodalVectors](), "FORC" if what == "reactions" else "DISP"
+    nodes = {"0": slice(3, 8), "1": slice(3, 13)}  # columns of the node, by the format of a block
+    time, layout, rows = 0.0, "", list[list[float]]()
+    inside = False
+    for k, line in enumerate(read_lines(path), start=1):
         where = f"{name}: line {k}"
-        if line.startswith(" -1"):
-            fields = [line[node.stop + _WIDTH * k : node.stop + _WIDTH * (k + 1)].strip() for k in range(3)]
+        if line.startswith("  100C"):  # how results begin
+            time, layout = number(line[12:24].strip(), where), line[73:75].strip()
+        elif line.split()[:2] == ["-4", block]:
+            if layout not in nodes:
+                raise unfit(where, "a block in text form (*NODE FILE)", f"the format {quoted(layout)}")
+            inside, rows = True, []
+        elif inside and line.startswith(" -1"):
+            node = nodes[layout]  # then come numbers of 12 characters, which nothing separates
+            fields = [line[node.stop + 12 * k : node.stop + 12 * (k + 1)].strip() for k in range(3)]
             if not fields[-1]:
                 raise unfit(where, "a node with three numbers", quoted(line))
             rows.append([*integers([line[node].strip()], where), *numbers(fields, where)])
-    return rows
-
-
-def _records(raw: bytes, place: int, count: int, where: str) -> list[list[float]]:
-    """``count`` nodes with three components each; the lines before them say that there are three."""
-    components = 0
-    while raw.startswith(b" -5", place):
-        line, place = _line(raw, place)
-        components += line[33:38].strip() in ("", "0")
-    kind = np.dtype([("node", "<i4"), ("vector", "<f4", (components,))])
-    end = place + count * kind.itemsize
-    if components != 3 or count < 0 or raw[end : end + 1] != b" ":
-        raise ProblemError(
-            f"{where}: expected three components of {count} nodes in 16 bytes each and then a line of text, "
-            f"found {components} components and {max(min(end, len(raw)) - place, 0)} bytes"
-        )
-    table = np.frombuffer(raw, kind, count, place)
-    wrong = np.flatnonzero((table["node"] < 1) | ~np.isfinite(table["vector"]).all(axis=1))
-    if wrong.size:
-        node, vector = table[wrong[0]]
-        raise unfit(where, "nodes from 1 with finite numbers", f"node {node} with {vector.tolist()}")
-    return np.column_stack([table["node"], table["vector"].astype(float)]).tolist()
+        elif inside and line.startswith(" -3"):
+            found.append(step_of(what, ("file",), time, rows, name))
+            inside = False
+    if inside:
+        raise unfit(name, "a block in text form that ends with -3", "no end")
+    if not found:
+        raise unfit(name, f"{what} (*NODE FILE, {LETTERS[what]})", f"no block {block}")
+    return found
 
 
 _HEADINGS = {  # of the columns, by regular expressions
@@ -464,17 +392,13 @@ def _keys(table: NumberTable, what: What) -> list[str | int]:
 
 
 _FRD = "the results of a CalculiX run (.frd); they are of a load: its key 'open', 'reactions' or 'thermal'"
-_OF_DAT: dict[str, Callable[..., Any]] = {"stiffness": refuse_as_stiffness, "vectors": read_calculix_output}
+_OF_RUN: dict[str, Callable[..., Any]] = {"vectors": read_calculix_output}
+_OF_DAT = _OF_RUN | {"stiffness": refuse_as_stiffness}
 _OF_TABLE = _OF_DAT | {"vectors": read_vectors_table}
 FORMATS = (
     Format("frd", _FRD, {"vectors": read_frd}, begins=lambda text: text.startswith("    1C")),
     Format("reactions", "reactions", _OF_DAT, contains=has(HEADINGS["reactions"])),
-    Format(
-        "displacements",
-        "displacements",
-        {"vectors": read_calculix_output},
-        contains=has(HEADINGS["displacements"]),
-    ),
+    Format("displacements", "displacements", _OF_RUN, contains=has(HEADINGS["displacements"])),
     Format("reactions", "reactions", _OF_TABLE, begins=is_reactions_table),
     Format("vectors", "a table", {"vectors": read_vectors_table}),
 )

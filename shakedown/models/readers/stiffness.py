@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from shakedown.ground.constants import ROUND_OFF, FloatArray
+from shakedown.ground.constants import ROUND_OFF, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.models.condensation.contact_frame import checked_dofs
 from shakedown.models.condensation.stiffness_checks import coupled_nodes
 from shakedown.models.readers.text import rows_of_numbers, unfit, whole_numbers
 
-Rows = str | os.PathLike[str] | NDArray[np.intp] | None  # a map file, its content, or none
+Rows = str | os.PathLike[str] | IntArray | None  # a map file, its content, or none
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class Stiffness:
     """
 
     K: sparse.csr_array
-    dofs: NDArray[np.intp]
+    dofs: IntArray
     format: str
     superelement: bool = False
     circumference: float = 1.0
@@ -53,7 +53,7 @@ class Stiffness:
         """Which rows are displacements or rotations of a node, (N,); others are modes, pressures …"""
         return (self.dofs[:, 0] > 0) & np.isin(self.dofs[:, 1], range(1, 7))
 
-    def rows(self, keys: ArrayLike) -> NDArray[np.intp]:
+    def rows(self, keys: ArrayLike) -> IntArray:
         """Rows of (node, direction) pairs, (k,); ``ProblemError`` names the first that has none."""
         index, found = self._row_of, []
         for node, direction in np.asarray(keys, dtype=np.intp).reshape(-1, 2).tolist():
@@ -68,7 +68,7 @@ class Stiffness:
         return {(node, direction): k for k, (node, direction) in enumerate(self.dofs.tolist())}
 
     @cached_property
-    def parts(self) -> NDArray[np.intp]:
+    def parts(self) -> IntArray:
         """The number of the connected part that every row belongs to, (N,); the rows of a node stay together.
 
         It is −1 for rows that couple with no displacement, as component modes do not in a superelement with a
@@ -115,9 +115,7 @@ class Stiffness:
         return replace(self, K=(T.T @ self.K @ T).tocsr())
 
 
-def from_entries(
-    rows: NDArray[np.intp], columns: NDArray[np.intp], values: FloatArray, where: str, format: str
-) -> Stiffness:
+def from_entries(rows: IntArray, columns: IntArray, values: FloatArray, where: str, format: str) -> Stiffness:
     """A stiffness from labelled entries of one triangle or of both.
 
     Parameters
@@ -150,9 +148,7 @@ def from_entries(
     return Stiffness(K, checked_dofs(dofs), format, accuracy=printed_accuracy(values))
 
 
-def check_entries_once(
-    i: NDArray[np.intp], j: NDArray[np.intp], where: str, names: Sequence[object] | None = None
-) -> None:
+def check_entries_once(i: IntArray, j: IntArray, where: str, names: Sequence[object] | None = None) -> None:
     """Raise ``ProblemError`` if an entry (i, j), counted from 0, occurs twice; the message counts from 1.
 
     With ``names`` of the rows it names them.
@@ -204,7 +200,7 @@ def completed(half: sparse.coo_array) -> sparse.csr_array:
     return (half + mirror).tocsr()
 
 
-def checked(matrix: sparse.sparray, dofs: NDArray[np.intp], format: str) -> Stiffness:
+def checked(matrix: sparse.sparray, dofs: IntArray, format: str) -> Stiffness:
     """A stiffness of a matrix and its map, which must have as many rows and none of them twice."""
     K = sparse.csr_array(matrix, dtype=float)
     return Stiffness(K, checked_dofs(dofs), format, accuracy=printed_accuracy(K.data))

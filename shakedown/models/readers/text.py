@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import LARGEST_LABEL, FloatArray
+from shakedown.ground.constants import LARGEST_LABEL, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.regular_file import open_regular
 from shakedown.ground.shown_values import LONGEST_VALUE
@@ -107,7 +106,8 @@ def read_lines(path: str | os.PathLike[str]) -> list[str]:
     if b"\0" in raw[:65536]:
         raise ProblemError(
             f"{name}: expected a text file, found a binary one (of the binary formats, Nastran OUTPUT4 can "
-            "be read; Abaqus: *MATRIX OUTPUT, FORMAT=MATRIX INPUT; Ansys: *EXPORT with MMF)"
+            "be read; Abaqus: *MATRIX OUTPUT, FORMAT=MATRIX INPUT; Ansys: *EXPORT with MMF; CalculiX: *NODE "
+            "FILE)"
         )
     text = raw.decode("utf-8-sig", errors="replace")
     if not text.strip():
@@ -167,7 +167,7 @@ def rows_of_numbers(
     return places, np.array(rows).reshape(-1, width)
 
 
-def whole_numbers(table: FloatArray, places: Sequence[int], name: str, which: str = "") -> NDArray[np.intp]:
+def whole_numbers(table: FloatArray, places: Sequence[int], name: str, which: str = "") -> IntArray:
     """Columns of whole numbers; ``ProblemError`` names the line (``places``) of the first that is none."""
     wrong = (table != np.round(table)) | (np.abs(table) >= LARGEST_WHOLE)
     if wrong.any():
@@ -302,9 +302,6 @@ def sha256(path: str | os.PathLike[str]) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-DELIMITERS = {"tab": "\t", ";": ";", ",": ",", "space": None}
-
-
 @dataclass(frozen=True, eq=False)
 class NumberTable:
     """Rows of numbers.
@@ -353,32 +350,19 @@ class NumberTable:
         return whole_numbers(self.column(key)[:, None], self.lines, self.name, which).ravel().tolist()
 
 
-def read_table(
-    path: str | os.PathLike[str], *, delimiter: str | None = None, decimal: str | None = None
-) -> NumberTable:
+def read_table(path: str | os.PathLike[str]) -> NumberTable:
     """Read a table of numbers; see :func:`number_table`."""
-    return number_table(read_lines(path), os.fspath(path), delimiter=delimiter, decimal=decimal)
+    return number_table(read_lines(path), os.fspath(path))
 
 
-def number_table(
-    lines: Sequence[str], name: str, *, delimiter: str | None = None, decimal: str | None = None
-) -> NumberTable:
-    """A table of numbers from its lines.
+def number_table(lines: Sequence[str], name: str, *, marks: Sequence[str] = "\t;, ") -> NumberTable:
+    """A table of numbers from its lines; ``name`` is the file, for messages.
 
-    The delimiter is the first of tab, semicolon, comma and blank that splits all
+    The delimiter is the first of some marks (a tab, a semicolon, a comma, blanks) that splits all
     rows into the same number of numbers. Between tabs, semicolons and blanks a
-    comma is a decimal comma; in a single column it must be said to be one.
+    comma is a decimal comma.
     Blank lines and lines that start with ``#``, ``%``, ``!``, ``$``, ``**`` or
     ``//`` are skipped; the first other line is a header if it holds a word.
-
-    Parameters
-    ----------
-    lines, name
-        The lines of the file, and its name for messages.
-    delimiter
-        ``"tab"``, ``";"``, ``","`` or ``"space"``, where it is not to be found out.
-    decimal
-        ``"."`` or ``","``, likewise.
 
     Raises
     ------
@@ -392,23 +376,17 @@ def number_table(
     >>> table.columns, table.column("factor").tolist()
     (('time', 'factor'), [1.5, -2.0])
     """
-    if delimiter not in (None, *DELIMITERS) or decimal not in (None, ".", ","):
-        raise ProblemError(
-            f"{name}: expected the delimiter tab, ;, comma or space and the decimal mark . or a comma, found "
-            f"{quoted(str(delimiter))} and {quoted(str(decimal))}"
-        )
     stripped = enumerate(map(str.strip, lines), start=1)
     remarks = ("#", "%", "!", "$", "**", "//")
     rows = [(k, text) for k, text in stripped if text and not text.startswith(remarks)]
     if not rows:
         raise unfit(name, "rows of numbers", "none")
     failures = []
-    for mark in DELIMITERS if delimiter is None else (delimiter,):
-        split = DELIMITERS[mark]
-        if delimiter is None and split is not None and not any(split in text for _, text in rows):
+    for mark in marks:
+        if mark != " " and not any(mark in text for _, text in rows):
             continue
         try:
-            found = _split(rows, name, mark, decimal)
+            found = _split(rows, name, mark)
         except ProblemError as error:
             failures.append(error)
             continue
@@ -417,10 +395,9 @@ def number_table(
     raise failures[0] from None
 
 
-def _split(rows: list[tuple[int, str]], name: str, mark: str, decimal: str | None) -> NumberTable:
+def _split(rows: list[tuple[int, str]], name: str, mark: str) -> NumberTable:
     header: tuple[str, ...] = ()
-    (_, first), split = rows[0], DELIMITERS[mark]
-    comma = decimal == "," or (decimal is None and mark != ",")
+    (_, first), split = rows[0], None if mark == " " else mark
     fields = [field.strip().strip('"') for field in first.split(split)]
     if not all(re.match(r"[-+]?[.,]?\d", field) for field in fields if field):  # as numbers begin
         header, rows = tuple(field for field in fields if field), rows[1:]
@@ -428,9 +405,9 @@ def _split(rows: list[tuple[int, str]], name: str, mark: str, decimal: str | Non
         raise unfit(name, "rows of numbers below the header", "none")
     values = []
     for k, text in rows:
-        fields = text.rstrip("\t;, " if mark != "space" else None).split(split)
+        fields = text.rstrip("\t;, " if split else None).split(split)
         where = f"{name}: line {k}"
-        values.append([number(field.replace(",", ".") if comma else field, where) for field in fields])
+        values.append([number(field if mark == "," else field.replace(",", "."), where) for field in fields])
         if len(fields) != len(values[0]) or (header and len(fields) != len(header)):
             expected = len(header) if header else len(values[0])
             raise unfit(where, f"{expected} columns", len(fields))

@@ -8,9 +8,8 @@ from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import LARGEST_LABEL, READ_AT_ONCE
+from shakedown.ground.constants import LARGEST_LABEL, READ_AT_ONCE, IntArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.shown_values import visible
 from shakedown.models.readers.mesh import Mesh
@@ -132,10 +131,6 @@ class TomlTable:
         found: int | None = self.take(key, "a whole number", fits=_is_whole)
         return found
 
-    def flag(self, key: str) -> bool:
-        """True or false, false where it is absent."""
-        return bool(self.take(key, "true or false", fits=lambda value: isinstance(value, bool)))
-
     def array(self, key: str, kind: type, shape: tuple[int | None, ...], *, required: bool = True) -> Any:
         """Nested lists of numbers of a shape, in which None stands for any length ≥ 1."""
         size = " x ".join("n" if s is None else str(s) for s in shape)
@@ -156,7 +151,7 @@ class TomlTable:
         found: list[list[Any]] | None = self.take(
             key,
             f"a list of lists of {width} each",
-            fits=lambda value: _is_list_of(list, value) and all(len(entry) == width for entry in value),
+            fits=lambda value: is_list_of(list, value) and all(len(entry) == width for entry in value),
         )
         return found
 
@@ -167,7 +162,7 @@ class TomlTable:
 
     def tables(self, key: str) -> list["TomlTable"]:
         """A list of tables."""
-        value = self.take(key, "a list of tables", required=True, fits=lambda value: _is_list_of(dict, value))
+        value = self.take(key, "a list of tables", required=True, fits=lambda value: is_list_of(dict, value))
         return [TomlTable(v, f"{self.where}: {key} {k}") for k, v in enumerate(value, start=1)]
 
     def one_or_more(self, key: str) -> list["TomlTable"]:
@@ -212,7 +207,8 @@ def shown(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:60]}…"
 
 
-def _is_list_of(kind: type, value: Any) -> bool:
+def is_list_of(kind: type, value: Any) -> bool:
+    """Whether a value of a configuration is a list of such things."""
     return isinstance(value, list) and all(isinstance(item, kind) for item in value)
 
 
@@ -238,7 +234,7 @@ def _fits(value: Any, kind: type, shape: tuple[int | None, ...]) -> bool:
 Values = dict[tuple[int, int], float]  # {(node, direction): value}
 
 
-def nodes_of(mesh: Mesh, name: str, where: str) -> NDArray[np.intp]:
+def nodes_of(mesh: Mesh, name: str, where: str) -> IntArray:
     """Labels of a node set or surface.
 
     Raises
@@ -253,7 +249,7 @@ def nodes_of(mesh: Mesh, name: str, where: str) -> NDArray[np.intp]:
         return mesh.nodes(name)
 
 
-def labels_of(mesh: Mesh, node: Any, where: str) -> NDArray[np.intp]:
+def labels_of(mesh: Mesh, node: Any, where: str) -> IntArray:
     """The labels that a node, or the name of a set, stands for; ``ProblemError`` if it is neither."""
     if isinstance(node, str):
         return nodes_of(mesh, node, where)

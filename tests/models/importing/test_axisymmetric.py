@@ -142,10 +142,7 @@ def test_reactions_that_a_check_proves_are_taken(ring):
             [('file = "ring.sti"', 'file = "ring.sti"\nscale = 180')],
             r"'scale': expected no factor for the circ",
         ),
-        (
-            [('file = "ring.sti"', 'file = "ring.sti"\nangle = 0')],
-            "'angle': expected degrees up to 360 of an axisymmetric model, found 0",
-        ),
+        ([('file = "ring.sti"', 'file = "ring.sti"\nscale = 0')], "'scale': expected a number > 0, found 0"),
         ([("gap = -0.01", "gap = -0.01\nthickness = 2")], "'thickness': expected a number > 0 .none"),
         (
             [("gap = -0.01", "gap = -0.01\naxes = [2, 1]")],
@@ -172,10 +169,14 @@ def test_the_deck_says_which_code_wrote_the_matrix(ring, line, factor):
     deck = (ring / "ring.inp").read_text()
     (ring / "ring.inp").write_text(deck.replace("*FREQUENCY, SOLVER=MATRIXSTORAGE", line))
     if factor is None:
-        with pytest.raises(ProblemError, match=r"key 'angle': expected the degrees .*, found none"):
+        with pytest.raises(ProblemError, match=r"key 'scale': expected 360 over the degrees .*, found none"):
             import_model(ring / "import.toml")
-        named = changed(ring, ('file = "ring.sti"', 'file = "ring.sti"\nangle = 90'))
-        assert import_model(named).stiffness.circumference == 4
+        named = changed(ring, ('file = "ring.sti"', 'file = "ring.sti"\nscale = 180.0'))
+        made = import_model(named)
+        (ring / "ring.inp").write_text(deck)
+        expected = import_model(ring / "import.toml")
+        np.testing.assert_array_equal(made.condensation.stiffness, expected.condensation.stiffness)
+        assert "2 degrees, taken 180 times" in " ".join(made.notes)
     else:
         assert import_model(ring / "import.toml").stiffness.circumference == factor
 
@@ -201,10 +202,6 @@ def test_a_deck_is_axisymmetric_or_not(ring):
         import_model(ring / "import.toml")
     (ring / "ring.inp").write_text(deck.replace("CAX8", "CPE8"))
     assert import_model(ring / "import.toml").stiffness.circumference == 1
-    with pytest.raises(
-        ProblemError, match=r"key 'angle': expected degrees up to 360 of an axisymmetric model, found 2"
-    ):
-        import_model(changed(ring, ('file = "ring.sti"', 'file = "ring.sti"\nangle = 2')))
     (ring / "ring.inp").write_text(deck.replace("\n1, 4, 0\n", "\n1, -4, 0\n"))
     with pytest.raises(
         ProblemError, match="expected radii x >= 0 of an axisymmetric model, found -4 at node 1"

@@ -230,7 +230,7 @@ def test_equations_of_a_deck_are_no_doubt(tmp_path):
     (tmp_path / "k").write_text(writers.abaqus_matrix(K, dofs))
     (tmp_path / "job.inp").write_text(RELATIVE)
     (tmp_path / "c.toml").write_text(
-        'friction = 0.3\n[model]\nfile = "job.inp"\n[stiffness]\nfile = "k"\nallow_sparse = true\n'
+        'friction = 0.3\n[model]\nfile = "job.inp"\n[stiffness]\nfile = "k"\n'
         "[contact]\nnodes = [9]\nnormal = [0, 1]\n[[load]]\nreactions = [[0, 1]]\nhistory = [1, 0.5]\n"
     )
     made = import_model(tmp_path / "c.toml")
@@ -242,7 +242,7 @@ def sampled(folder, text, steps=4, **words):
     """A history out of a file."""
     (folder / "h.csv").write_text(text)
     table = TomlTable({"history": {"file": "h.csv", **words}}, "load 1")
-    return time_function(table, steps, InputFiles(folder)).factors
+    return time_function(table, steps, InputFiles(folder))[0]
 
 
 def test_a_history_with_times_is_resampled(tmp_path):
@@ -253,8 +253,8 @@ def test_a_history_with_times_is_resampled(tmp_path):
     assert sampled(tmp_path, text, column="force", time="time", period=2.0).tolist() == expected
     assert sampled(tmp_path, text, time="time", period=2.0).tolist() == expected  # the other column
     whole = TomlTable({"history": {"file": "h.csv", "time": "time", "period": 2.0}}, "load 1")
-    assert time_function(whole, 4, InputFiles(tmp_path)).doubts == ()  # the record covers its period
-    assert sampled(tmp_path, text, column=2, time=1, period=2.0, scale=0.5).tolist() == [0.0, 1.0, 0.0, -1.0]
+    assert time_function(whole, 4, InputFiles(tmp_path))[1] == ()  # the record covers its period
+    assert sampled(tmp_path, text, column=2, time=1, period=2.0).tolist() == [0.0, 2.0, 0.0, -2.0]
     open_loop = "t,f\n0,1\n1,3\n"  # closed from the last row to the first
     assert sampled(tmp_path, open_loop, time="t", period=2.0).tolist() == [1.0, 2.0, 3.0, 2.0]
     assert sampled(tmp_path, "1\n2\n3\n").tolist() == [1.0, 2.0, 3.0]

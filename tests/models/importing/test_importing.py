@@ -183,7 +183,7 @@ def test_a_matrix_that_was_cut_off_is_refused(tmp_path, kind, kept):
             "[21, 1, 1e308]",
             r"c.toml: load \d: force: expected numbers below 1e\+150, found 1e\+308",
         ),
-        ('file = "k"', 'file = "k"\nscale = -1', "'scale' > 0 .* found 'scale' = -1"),
+        ('file = "k"', 'file = "k"\nscale = -1', "'scale': expected a number > 0, found -1"),
         ("[stiffness]", "[stifness]", "expected the key 'stiffness' .*, found the unknown key 'stifness'"),
         ("[[load]]", "[load]", "key 'load': expected a list of tables"),
         ("history =", "histories =", "expected the key 'history'"),
@@ -202,7 +202,6 @@ def test_one_thing_wrong_in_the_configuration_is_named(tmp_path, old, new, messa
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('"node-by-node"', '"sideways"', "expected 'node-by-node' or"),
         ("step = 2 }", "step = 3 }", "key 'step': expected 1 to 2, found 3"),
         ("[5, 2, ", "[4, 2, ", r"expected every \(node, direction\) once, found \(4, 2\) twice"),
         (
@@ -227,7 +226,7 @@ def test_one_thing_wrong_in_the_reference_is_named(tmp_path, old, new, message):
 
 def history_of(value, folder=Path(), steps=4):
     table = TomlTable({"history": value}, "load 1")
-    return time_function(table, steps, InputFiles(folder)).factors
+    return time_function(table, steps, InputFiles(folder))[0]
 
 
 def test_time_functions(tmp_path):

@@ -96,7 +96,7 @@ def test_a_normal_in_the_plane_of_x_and_y_is_no_plane_problem(made, tmp_path):
 
 
 def test_a_plane_is_taken_where_it_is_said_or_held(folder):
-    """One direction: said by the axes, by what moves freely, or by supports that hold the other."""
+    """One direction: said by the axes, or by supports that hold the other."""
     plane = f"{PAIRS}\naxes = [1, 3]"
     held = "[supports]\nfixed = [" + ", ".join(f'["{name}", 2]' for name in ("UPPER_FOOT", "LOWER_TOP")) + "]"
     one = import_model(configuration(folder, plane, supports=held))
@@ -105,10 +105,6 @@ def test_a_plane_is_taken_where_it_is_said_or_held(folder):
         "direction 2 of the contact nodes is held: friction across the plane of slip and normal is left out"
     )
     assert left_out in one.notes
-    guided = '[supports]\nfixed = [["TOP", 2]]'
-    free = import_model(configuration(folder, f"{plane}\nfree_out_of_plane = true", supports=guided))
-    assert free.problem.directions == 1
-    assert any("moves without friction: friction across the plane" in note for note in free.notes)
     with pytest.raises(ProblemError, match=r"free in direction 2 too; ask for friction in both directions"):
         import_model(configuration(folder, plane))
     with pytest.raises(
@@ -195,7 +191,7 @@ def test_nodes_in_a_transform_are_the_same_joint(folder, made, tmp_path):
     ("keys", "message"),
     [
         ("directions = 3", "key 'directions': expected 1 or 2, found 3"),
-        ("tangent = [1, 0, 0]\nfree_out_of_plane = true", "key 'free_out_of_plane': .* found it beside 'tangent'"),
+        ("tangent = [1, 0, 0]\naxes = [1, 3]", "key 'axes': .* found it beside 'tangent'"),
         ("directions = 1\ntangent = [1, 0, 0]", "key 'tangent': expected beside directions = 2 only"),
         ("tangent = [0, 0, 1]", r"tangent: expected a finite direction across the normal \[0.0, 0.0, 1.0\]"),
         ("tangents = [[1, 0, 0]]", "key 'tangents': expected one for each of 12 nodes, found 1"),
@@ -255,5 +251,3 @@ def test_nodes_of_incompatible_modes_are_no_strangers(tmp_path):
     first, second = found.evidence.bodies
     assert (len(first.free), len(first.nodes), len(second.nodes)) == (6, 24, 24 - 12)
     assert 0.0 < found.rigid_residual < np.inf
-    (tmp_path / "job.inp").write_text(solids.deck(xyz))  # of elements that have none
-    assert any("are none of the deck" in doubt for doubt in import_model(configuration(tmp_path)).warnings)

@@ -563,15 +563,6 @@ def test_tables_in_every_dress(tmp_path, kind):
     assert table.column("F").tolist() == table.column(2).tolist() == [1.5, -2.0]
 
 
-def test_an_ambiguous_table_takes_a_word(tmp_path):
-    (tmp_path / "h.csv").write_text("0,5\n1,5\n")
-    assert read_table(tmp_path / "h.csv").values.shape == (2, 2)
-    assert read_table(tmp_path / "h.csv", delimiter="space", decimal=",").values.tolist() == [[0.5], [1.5]]
-    for words in ({"delimiter": "|"}, {"decimal": ";"}):
-        with pytest.raises(ProblemError, match="expected the delimiter"):
-            read_table(tmp_path / "h.csv", **words)
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [

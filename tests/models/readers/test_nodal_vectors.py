@@ -85,33 +85,17 @@ def test_steps_are_added_by_node_and_not_by_place(tmp_path):
         combined(runs, [1.0, 1.0])
 
 
-BINARY = (HEAT / "open_binary.frd").read_bytes()
+def test_a_result_file_has_the_displacements_of_the_printed_ones():
+    """CalculiX wrote both in one run; a binary one (*NODE OUTPUT) is refused."""
+    printed, text = (read_nodal_vectors(HEAT / file, "displacements") for file in ("open.dat", "open.frd"))
+    assert [step.time for step in text] == [1.0, 2.0, 3.0]
+    for one, two in zip(text, printed, strict=True):
+        rows = np.searchsorted(one.nodes, two.nodes)
+        np.testing.assert_allclose(one.vectors[rows], two.vectors, rtol=5.1e-6)
 
 
-def test_a_binary_result_file_has_the_displacements_of_the_printed_ones():
-    """CalculiX wrote all three in one run, or of one deck; the binary one is the most accurate."""
-    single, printed, text = (
-        read_nodal_vectors(HEAT / file, "displacements")
-        for file in ("open_binary.frd", "open.dat", "open.frd")
-    )
-    assert [step.time for step in single] == [step.time for step in text] == [1.0, 2.0, 3.0]
-    for one, two, three in zip(single, text, printed, strict=True):
-        assert one.nodes.tolist() == two.nodes.tolist()
-        np.testing.assert_allclose(one.vectors, two.vectors, rtol=5.1e-6)
-        rows = np.searchsorted(one.nodes, three.nodes)
-        np.testing.assert_allclose(one.vectors[rows], three.vectors, rtol=6e-7)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        (b"          12  ", b"          1x  ", "expected a whole number, found '1x'"),
-        (b" -5  D3 ", b" -4  D3 ", "found 2 components"),
-        (b"1ALL\n\1\0\0\0", b"1ALL\n\0\0\0\0", "expected nodes from 1 with finite numbers, found node 0"),
-    ],
-)  # fmt: skip
-def test_a_damaged_binary_file_is_refused(tmp_path, old, new, message):
-    assert old in BINARY
-    (tmp_path / "job").write_bytes(BINARY.replace(old, new))
-    with pytest.raises(ProblemError, match=message):
-        read_nodal_vectors(tmp_path / "job", "displacements")
+def test_a_binary_result_file_is_refused(tmp_path):
+    path = tmp_path / "job.frd"
+    path.write_bytes((HEAT / "open.frd").read_bytes()[:2000] + b"\0\0")
+    with pytest.raises(ProblemError, match=r"found a binary one \(.*CalculiX: \*NODE FILE\)"):
+        read_nodal_vectors(path, "displacements")

@@ -245,14 +245,10 @@ def unit_runs(matrix, nodes, order):
 @pytest.mark.parametrize("order", ["node-by-node", "direction-by-direction"])
 def test_unit_displacements_make_a_stiffness(tmp_path, order):
     nodes, matrix = np.array([3, 8, 5]), writers.symmetric_matrix(6)
-    path = write(tmp_path, writers.calculix_reactions(unit_runs(2.0 * matrix, nodes, order)))
-    steps = read_calculix_output(path)
-    found = unit_displacement_stiffness(steps, nodes, order=order, amplitude=2.0)
+    path = write(tmp_path, writers.calculix_reactions(unit_runs(matrix, nodes, order)))
+    found = unit_displacement_stiffness(read_calculix_output(path), nodes)
     np.testing.assert_allclose(found.K.toarray(), matrix, atol=1e-6 * matrix.max())
     assert found.dofs.tolist() == [[3, 1], [3, 2], [8, 1], [8, 2], [5, 1], [5, 2]]
-    other = {"node-by-node": "direction-by-direction"}.get(order, "node-by-node")
-    with pytest.raises(ProblemError, match="the steps go the other way"):
-        unit_displacement_stiffness(steps, nodes, order=other)
 
 
 def test_rigid_motions_survive_seven_digits(tmp_path):
