@@ -1,7 +1,7 @@
 """A program over many small cones by interior points on the self-dual embedding, which proves its ends."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from shakedown.ground.constants import (
     FOUR_DIGITS,
     ITERATIONS,
+    MANY_ROWS,
     NEGLIGIBLE,
     NEWTON_ROUNDS,
     PER_CENT,
@@ -294,7 +295,7 @@ def _newton_equations(rows: DiscProgram, scaling: Scaling) -> Newton:
         nonlocal solve, sharp
         dx, dy, left = _refined(rows, scaling, solve, first, second)
         enough = max(PER_CENT * float(np.linalg.norm(first)), ROUND_OFF * float(np.linalg.norm(dy)))
-        if sharp or rows.in_reactions or left <= enough:  # of many nodes a factor costs ten steps
+        if sharp or rows.rank >= MANY_ROWS or left <= enough:  # of many nodes a factor costs ten steps
             return dx, dy
         solve, sharp = rows.orthogonal_factor(scaling), True
         return _refined(rows, scaling, solve, first, second)[:2]
@@ -359,8 +360,6 @@ def solve_discs(
     ('optimal', array([0.2, 0.6]))
     """
     end = solve_self_dual(program, usable, begun, enough)
-    if end.status == Status.UNDECIDED and program.in_reactions:
-        end = solve_self_dual(replace(program, reactions_from=np.inf), usable, enough=enough)
     if end.status == Status.UNDECIDED:
         raise SolverError(
             f"the program of {len(program.node)} discs ended without an answer, {end.accuracy:.1e} from one"

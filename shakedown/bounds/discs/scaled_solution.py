@@ -124,7 +124,8 @@ def scaled_discs(rows: DiscRows, towards: float, cap: float = np.inf) -> ScaledD
     """The program of the largest (towards −1) or smallest (+1) last unknown ≥ 0, at most ``cap``."""
     rows, origin = without_mean(rows)
     basis = rows.basis
-    n, K, Q = len(rows.stiffness), basis.Q.shape[1], basis.shared.blocks
+    n, K = len(rows.stiffness), basis.Q.shape[1]
+    Q = basis.Q[: CONE * n].reshape(n, CONE, K)
     lengths = np.append(np.linalg.norm(Q, axis=(1, 2)), np.linalg.norm(basis.Q[3 * n :], axis=1))
     loads = np.append(_largest(rows), np.maximum(np.abs(rows.half_spaces.g), np.abs(rows.half_spaces.d)))
     first = 1.0 / np.where(basis.sizes > 0, basis.sizes, 1.0)
@@ -155,8 +156,6 @@ def scaled_discs(rows: DiscRows, towards: float, cap: float = np.inf) -> ScaledD
         rows_extra=np.append(gap_e * load_unit / unit, bounds)[:, None],
         rows_right=np.concatenate([gap_c / unit, [0.0, cap / load_unit][: len(bounds)]]),
         cost=np.array([towards]),
-        shared=basis.shared,
-        scale=np.repeat(-second[:n, None], CONE, axis=1),
     )
     return ScaledDiscs(program, rows, origin, weights, unit, load_unit)
 

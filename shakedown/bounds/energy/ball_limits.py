@@ -16,7 +16,6 @@ from shakedown.joint.contact_zone import Zone
 from shakedown.joint.law import Law
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips, rigid_slips
-from shakedown.programs.disc_program import SharedBlocks
 from shakedown.programs.program import power_of_two
 
 
@@ -197,7 +196,7 @@ class BallLimits:
         That γ, against relative radii [force/length]; inf where nothing bounds a pressure.
     stiffness : (n, 2, 2)
         A_ii times ``metric.scale``, so that γ² adds up [(force/length)²].
-    shared_blocks
+    blocks
         G by unit vectors of the energy norm, (n, 3, r): the same for all shares, load factors and slips.
     rows
         The rows.
@@ -221,7 +220,7 @@ class BallLimits:
     own: FloatArray
     least: FloatArray
     stiffness: FloatArray
-    shared_blocks: SharedBlocks
+    blocks: FloatArray
     rows: Rows
     closed: Places
     metric: EnergyMetric
@@ -352,7 +351,7 @@ def _of_closed(problem: Problem, transient: bool, tolerances: Tolerances) -> Bal
         own=np.zeros((0, 2)),
         least=np.zeros(0),
         stiffness=np.zeros((0, 2, 2)),
-        shared_blocks=SharedBlocks(np.zeros((0, CONE, metric.inverse.shape[1]))),
+        blocks=np.zeros((0, CONE, metric.inverse.shape[1])),
         rows=Rows(np.zeros((0, slips)), np.zeros((0, metric.inverse.shape[1])), *np.zeros((3, 0)), *_none()),
         closed=np.arange(problem.n),
         metric=metric,
@@ -450,7 +449,7 @@ def _as_discs(
         "own": own,
         "least": least,
         "stiffness": stiffness,
-        "shared_blocks": SharedBlocks((G.reshape(CONE * n, -1) @ metric.inverse).reshape(n, CONE, -1)),
+        "blocks": (G.reshape(CONE * n, -1) @ metric.inverse).reshape(n, CONE, -1),
     }
 
 
