@@ -6,7 +6,6 @@ from math import ceil, log, nan, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.bounds.uniqueness.moving_sets import (
     LARGEST_SET,
@@ -17,7 +16,6 @@ from shakedown.bounds.uniqueness.moving_sets import (
     slipping_sets,
 )
 from shakedown.ground.constants import (
-    ALL_PAIRS_UP_TO,
     EPS,
     HALVINGS,
     ITERATIONS,
@@ -375,10 +373,9 @@ def difference_gauge(problem: Problem) -> DifferenceGauge | None:
                     ≤ (Σ_l p_l t_lj + Σ_kl m_k p_l t_lk) / Σ p.
 
     The largest of these on both sides, as new scales, is a monotone map of the old ones; it is iterated
-    until it makes all of them smaller. A node counts the way it goes in the softest slip of the joint; of few
-    nodes e_k is compared with −e_j as well, and c e_k = (−c)(−e_k) is taken for positive or negative row by
-    row, whichever bounds less: which way tangents point is no matter. None where that does not end, where a
-    node is at its own critical friction, and where a rigid slip leaves a node behind or there are two.
+    until it makes all of them smaller. A node counts the way it goes in the softest slip of the joint. None
+    where that does not end, where a node is at its own critical friction, and where a rigid slip leaves a
+    node behind or there are two.
 
     Examples
     --------
@@ -393,8 +390,6 @@ def difference_gauge(problem: Problem) -> DifferenceGauge | None:
         return None
     weights, compared = known
     n, nodes = weights.shape[1:]
-    if nodes > n and n <= ALL_PAIRS_UP_TO:  # each sweep takes n⁵ steps
-        return _with_sums(weights[:, :, :n], np.vstack([compared[:n], -compared[:n], compared[n:]]))
     p, m = np.maximum(weights, 0.0), np.maximum(-weights, 0.0)
     total = p.sum(axis=2)
     if not np.all(total > 0.0):
@@ -421,64 +416,11 @@ def _compared(new: FloatArray, t: FloatArray) -> tuple[float, float, FloatArray]
     return float(shares.min()), float(shares.max()), smaller
 
 
-def _with_sums(weights: FloatArray, compared: FloatArray) -> DifferenceGauge | None:
-    """The gauge that compares x = (e, −e, 0): t is symmetric, and the same for (e_i, e_j) and (−e_i, −e_j).
-
-    ``weights`` (2, n, n): c. Of each row some terms are ``taken`` for negative, beside −x_a: the ground takes
-    what is missing on either side.
-    """
-    n, nodes = weights.shape[1], len(compared)
-    c = weights.reshape(-1, n)
-    size = np.abs(c)
-    place = np.where(c >= 0.0, 0, n) + np.arange(n)  # of |c| x
-    opposite, own = np.append(np.roll(np.arange(2 * n), n), 2 * n), np.arange(n)
-    taken = np.repeat(c[:, None] < 0.0, nodes, axis=1)
-    t, unsettled = 1.0 - np.eye(nodes), True
-    for _ in range(SWEEPS):
-        bound = _set_off(size, taken, place, opposite, t)
-        flips = [*(taken ^ (own == k) for k in own), ~taken] if unsettled else []
-        unsettled = False
-        for each in flips:
-            other = _set_off(size, each, place, opposite, t)
-            better = other < bound * (1.0 - NEGLIGIBLE)
-            taken = np.where(better[:, :, None], each, taken)
-            bound, unsettled = np.where(better, other, bound), unsettled or bool(better.any())
-        bound = bound.reshape(2, n, nodes).max(axis=0)
-        new = np.vstack([bound, bound[:, opposite], np.zeros((1, nodes))])
-        new = np.maximum(new, new.T)
-        new[own, n + own] = new[n + own, own] = 2.0 * new[own, -1]
-        least, ratio, smaller = _compared(new, t)
-        if ratio < 1.0 - NEGLIGIBLE:
-            return DifferenceGauge(compared, t, ratio)
-        if least >= 1.0 and not unsettled:
-            return None
-        t = smaller
-    return None
-
-
 def _largest(p: FloatArray, m: FloatArray, total: FloatArray, t: FloatArray) -> FloatArray:
     """How far above node j node i comes at most when it is relaxed, on either side (n, nodes)."""
     above = p @ t
     offset = np.einsum("sik,sik->si", m, above)
     return np.asarray(((above + offset[:, :, None]) / total[:, :, None]).max(axis=0))
-
-
-def _set_off(
-    size: FloatArray,
-    taken: NDArray[np.bool_],
-    place: NDArray[np.intp],
-    opposite: NDArray[np.intp],
-    t: FloatArray,
-) -> FloatArray:
-    """How far above each x_a a relaxed row comes at most (rows, N), with these terms taken for negative."""
-    p, m = np.where(taken, 0.0, size[:, None]), np.where(taken, size[:, None], 0.0)
-    ground = 1.0 + m.sum(axis=2) - p.sum(axis=2)  # its weight
-    above, below = np.maximum(ground, 0.0), np.maximum(-ground, 0.0)
-    to_ground = t[place, -1][:, None]
-    sums = ((p @ t[place[:, :, None], opposite[place][:, None]]) * m).sum(axis=2)
-    sums += (p * t[place].transpose(0, 2, 1)).sum(axis=2) + below * (p * to_ground).sum(axis=2)
-    sums += above * ((m * to_ground).sum(axis=2) + t[-1])
-    return np.asarray(sums / (p.sum(axis=2) + above))
 
 
 def _weights(problem: Problem) -> tuple[FloatArray, FloatArray] | None:
