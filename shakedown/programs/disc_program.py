@@ -344,7 +344,9 @@ class DiscProgram:
         of_nodes = self.sums(squares.reshape(len(squares), CONE**2)).reshape(-1, CONE, CONE)
         values, vectors = np.linalg.eigh(of_nodes)  # round-off may make one negative
         roots = np.sqrt(np.maximum(values, 0.0))[:, :, None] * np.swapaxes(vectors, 1, 2)
-        stacked = np.vstack([(roots @ self.blocks).reshape(CONE * len(roots), r), self.rows / scaling.of_numbers])
+        stacked = np.vstack(
+            [(roots @ self.blocks).reshape(CONE * len(roots), r), self.rows / scaling.of_numbers]
+        )
         pulled = squares @ self.extra
         of_loads = self.sums(pulled.reshape(len(pulled), CONE * p)).reshape(-1, p)
         normal = np.zeros((r + p, r + p))
