@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 import shakedown
 from benchmarks.problems import joint
 from benchmarks.timing import median_time
-from shakedown.bounds.enumeration.intersection import scaled_rows
+from shakedown.bounds.enumeration.critical import scaled_rows
 from shakedown.bounds.enumeration.walk_kernel import Tree, pieces
 from shakedown.joint.constraints import constraints
 from shakedown.report.facts import table

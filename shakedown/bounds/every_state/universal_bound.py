@@ -142,7 +142,6 @@ def least_pressure_bound(problem: Problem, *, unique: bool = False) -> LeastPres
     reason = "from there on " * (load_factor > 0.0) + reasons[reach.limited_by]
     if load_factor == 0.0 and not joint.floats:
         reason = f"node {node} has no friction, and its load varies"
-    closed = joint.floats or joint.d == 2
     return replace(
         found,
         status=Status.OPTIMAL if load_factor < inf else Status.UNBOUNDED,
@@ -150,7 +149,7 @@ def least_pressure_bound(problem: Problem, *, unique: bool = False) -> LeastPres
         node=node if load_factor < inf else -1,
         limited_by=reach.limited_by,
         reason=reason if load_factor < inf else "no load factor ends the proof",
-        lift_off_bound=max(load_factor if closed else 0.0, found.lift_off_bound),
+        lift_off_bound=max(load_factor, found.lift_off_bound),
         reactions=joint.of_joint(reach.reactions) if load_factor > 0.0 else nowhere,
         mean_reactions=joint.of_joint(reach.mean_reactions),
     )
@@ -358,11 +357,6 @@ def _by_least_pressures(
     if jumps:
         why = unique.reason if isinstance(unique, Missing) else unique.argument
         return nothing.but(reason=f"the motion is not proved to be unique: {why}")
-    lift: float | Missing = found.lift_off_bound
-    if lower is not None and found.lift_off_bound < min(found.load_factor, lower.load_factor):
-        lift = lower.known.lift_off  # along the loop itself
-    if isinstance(lift, Missing):
-        return _undecided(nothing, f"the lift-off bound is missing: {lift.reason}")
     argument = "least pressures" if problem.law.limit_rows(problem.B).any() else "Melan"
     proved = nothing.but(
         load_factor=found.load_factor,
@@ -371,7 +365,7 @@ def _by_least_pressures(
         limited_by=found.limited_by,
         reason=f"{argument}: {found.reason}",
     )
-    return _limited(proved, lower, lift)
+    return _limited(proved, lower, found.lift_off_bound)
 
 
 def _limited(found: Bound, lower: Bound | None, lift: float) -> Bound:

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil, log, nan, sqrt
-from typing import NamedTuple
 
 import numpy as np
 
@@ -342,32 +341,14 @@ def unique_in_contact(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> 
     return Uniqueness(None, f"too many sets of slipping nodes to try all ({stiffness.n} nodes)")
 
 
-class DifferenceGauge(NamedTuple):
-    """V(e) = max (x_a − x_b) / t_ab, and a number below 1 that relaxing any one node keeps it under.
-
-    Attributes
-    ----------
-    compared : (N, n)
-        x_a as a function of the slips e: slips, their negatives, and 0 for the ground.
-    scales : (N, N)
-        t, 0 on the diagonal.
-    ratio
-        For every slip e with V(e) ≤ 1, if node i is set to where either of its limits is met, no
-        difference to another node exceeds this share of its scale.
-    """
-
-    compared: FloatArray
-    scales: FloatArray
-    ratio: float
-
-
 @once_per_problem
-def difference_gauge(problem: Problem) -> DifferenceGauge | None:
-    """Scales t such that slip cannot raise V, if they are found; worked out once per problem.
+def difference_gauge(problem: Problem) -> float | None:
+    """A number below 1 that relaxing any one node keeps V(e) = max (e_a − e_b) / t_ab under, if one is found.
 
-    With e_j = c_i·e where a limit of node i is met, Σ_k c_ik = 1 (what is missing is the weight of the
-    ground, and nothing is missing where the body floats), the negative weights m are set off against the
-    positive ones p in equal shares:
+    For every slip e with V(e) ≤ 1, if node i is set to where either of its limits is met, no difference to
+    another node, or to the ground at 0, exceeds this share of its scale t. With e_j = c_i·e where a limit of
+    node i is met, Σ_k c_ik = 1 (what is missing is the weight of the ground, and nothing is missing where the
+    body floats), the negative weights m are set off against the positive ones p in equal shares:
 
         c_i·e − e_j = (Σ_l p_l (e_l − e_j) + Σ_kl m_k p_l (e_l − e_k)) / Σ p
                     ≤ (Σ_l p_l t_lj + Σ_kl m_k p_l t_lk) / Σ p.
@@ -375,75 +356,60 @@ def difference_gauge(problem: Problem) -> DifferenceGauge | None:
     The largest of these on both sides, as new scales, is a monotone map of the old ones; it is iterated
     until it makes all of them smaller. A node counts the way it goes in the softest slip of the joint. None
     where that does not end, where a node is at its own critical friction, and where a rigid slip leaves a
-    node behind or there are two.
+    node behind or there are two. Worked out once per problem.
 
     Examples
     --------
     >>> import shakedown
-    >>> difference_gauge(shakedown.example("two-node")).ratio < 1
+    >>> difference_gauge(shakedown.example("two-node")) < 1
     True
     >>> difference_gauge(shakedown.example("three-node")) is None
     True
     """
-    known = _weights(problem)
-    if known is None:
+    weights = _weights(problem)
+    if weights is None:
         return None
-    weights, compared = known
     n, nodes = weights.shape[1:]
     p, m = np.maximum(weights, 0.0), np.maximum(-weights, 0.0)
-    total = p.sum(axis=2)
+    total, apart = p.sum(axis=2), ~np.eye(nodes, dtype=bool)
     if not np.all(total > 0.0):
         return None
+
+    def largest(t: FloatArray) -> FloatArray:
+        """How far above node j node i comes at most when it is relaxed, on either side (n, nodes)."""
+        above = p @ t
+        offset = np.einsum("sik,sik->si", m, above)
+        return np.asarray(((above + offset[:, :, None]) / total[:, :, None]).max(axis=0))
+
     t = 1.0 - np.eye(nodes)
     for _ in range(SWEEPS):
         new = np.zeros((nodes, nodes))
-        new[:n] = _largest(p, m, total, t)
-        new[:, :n] = np.maximum(new[:, :n], _largest(p, m, total, t.T).T)
-        least, ratio, smaller = _compared(new, t)
-        if ratio < 1.0 - NEGLIGIBLE:
-            return DifferenceGauge(compared, t, ratio)
-        if least >= 1.0:
+        new[:n] = largest(t)
+        new[:, :n] = np.maximum(new[:, :n], largest(t.T).T)
+        shares = new[apart] / t[apart]
+        if shares.max() < 1.0 - NEGLIGIBLE:
+            return float(shares.max())
+        if shares.min() >= 1.0:
             return None
-        t = smaller
+        t = np.where(apart, np.maximum(new / (new[apart].max() or 1.0), SIX_DIGITS), 0.0)
     return None
 
 
-def _compared(new: FloatArray, t: FloatArray) -> tuple[float, float, FloatArray]:
-    """The least and the largest share of new scales in old ones, and the new ones relative to the largest."""
-    apart = ~np.eye(len(t), dtype=bool)
-    shares, largest = new[apart] / t[apart], new[apart].max()
-    smaller = np.where(apart, np.maximum(new / (largest or 1.0), SIX_DIGITS), 0.0)
-    return float(shares.min()), float(shares.max()), smaller
+def _weights(problem: Problem) -> FloatArray | None:
+    """c of both limits of every node, in units in which a rigid slip is 1 everywhere; the ground comes last.
 
-
-def _largest(p: FloatArray, m: FloatArray, total: FloatArray, t: FloatArray) -> FloatArray:
-    """How far above node j node i comes at most when it is relaxed, on either side (n, nodes)."""
-    above = p @ t
-    offset = np.einsum("sik,sik->si", m, above)
-    return np.asarray(((above + offset[:, :, None]) / total[:, :, None]).max(axis=0))
-
-
-def _weights(problem: Problem) -> tuple[FloatArray, FloatArray] | None:
-    """c of both limits of every node, in units in which a rigid slip is 1 everywhere, and what it is about.
-
-    The ground comes last. Where something holds the joint units are signs: those of its softest slip.
+    Where something holds the joint units are signs: those of the slip that meets least resistance.
     """
     A, fB, rigid = problem.A, problem.law.limit_rows(problem.B), rigid_slips(problem)
     floats = rigid.motions.shape[1]
-    z = rigid.motions[:, 0] if floats else _softest(A)
+    if floats:
+        z = rigid.motions[:, 0]
+    else:
+        size = np.sqrt(np.where(np.diag(A) > 0.0, np.diag(A), 1.0))
+        z = np.where(np.linalg.eigh(A / np.outer(size, size))[1][:, 0] < 0.0, -1.0, 1.0)
     if floats > 1 or not np.all(z) or rigid.doubt:
         return None
     weights = relaxed(A * z * z[:, None], fB * z * np.abs(z)[:, None])
-    if weights is None:
-        return None
-    compared = np.diag(1.0 / z)
-    if floats:
-        return weights, compared
-    ground = (1.0 - weights.sum(axis=2))[:, :, None]
-    return np.concatenate([weights, ground], axis=2), np.vstack([compared, np.zeros(problem.n)])
-
-
-def _softest(A: FloatArray) -> FloatArray:
-    """The signs (n,) of the slip that meets least resistance, every node in units of its own."""
-    size = np.sqrt(np.where(np.diag(A) > 0.0, np.diag(A), 1.0))
-    return np.where(np.linalg.eigh(A / np.outer(size, size))[1][:, 0] < 0.0, -1.0, 1.0)
+    if weights is None or floats:
+        return weights
+    return np.concatenate([weights, (1.0 - weights.sum(axis=2))[:, :, None]], axis=2)
