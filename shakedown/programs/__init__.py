@@ -10,5 +10,4 @@ Interior points for dense programs, one product of matrices an iteration: ``disc
 many of three numbers, those of one, and a large one; discs, and the normal equations), ``self_dual`` (the
 optimum, or the proof that there is none, with the scaling of Nesterov and Todd and the steps of Mehrotra).
 Their results are only starting points: the subpackages above check them, as they check those of any solver.
-``conic`` solves the same programs by Clarabel or cvxpy.
 """

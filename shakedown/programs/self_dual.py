@@ -114,7 +114,11 @@ def _followed(rows: DiscProgram, usable: float, shared: Points, enough: Enough) 
     seen = _seen(rows, point)
     best, idle = _judged(rows, point, seen), 0
     for _ in range(ITERATIONS):
-        if best.accuracy <= REACHED or idle > _patience(best.accuracy):
+        # near enough to stop after two iterations without progress
+        patience = (
+            1 if best.accuracy <= NEGLIGIBLE else PATIENCE - 1 if best.accuracy <= USABLE else 3 * PATIENCE
+        )
+        if best.accuracy <= REACHED or idle > patience:
             break
         scaling = rows.cones.scaling(point.s, point.y)
         if not np.all(np.isfinite(scaling.point)):
@@ -136,14 +140,6 @@ def _followed(rows: DiscProgram, usable: float, shared: Points, enough: Enough) 
     least = usable if best.status == Status.OPTIMAL else USABLE
     status = best.status if best.accuracy <= least else Status.UNDECIDED
     return SelfDualSolution(status, best.x, best.slack, best.multipliers, best.accuracy, tuple(path))
-
-
-def _patience(accuracy: float) -> int:
-    """The number of iterations that may pass without progress."""
-    # near enough to stop after two iterations without progress
-    if accuracy <= NEGLIGIBLE:
-        return 1
-    return PATIENCE - 1 if accuracy <= USABLE else 3 * PATIENCE
 
 
 def inner_point(rows: DiscProgram, end: SelfDualSolution, gap: float = FOUR_DIGITS) -> Point | None:

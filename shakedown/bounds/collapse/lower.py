@@ -32,16 +32,6 @@ from shakedown.programs.simplex import Simplex
 _NEARLY_FIRST = 10 * NEGLIGIBLE  # nodes this close are distinguished by polishing, not by the solver's 1e-10
 
 
-def mean_load_is_safe(rows: Constraints, program: Simplex, tolerances: Tolerances) -> bool:
-    """Whether some slip is safe under the mean load alone."""
-    if np.all(rows.g > 0):  # slip zero is safe
-        return True
-    start = program.solve()
-    if not start.optimal:
-        return False
-    return bool(rows.relative_excess(rows.slips(start.x[:-1]), 0.0).max() <= tolerances.feasibility)
-
-
 def collapses(
     rows: Constraints, program: Simplex, limits: "CollapseLimits", all_nodes: bool
 ) -> dict[int, Solution]:
@@ -319,8 +309,11 @@ def lower_bound(
 def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> Bound:
     rows = constraints(problem)
     program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=tolerances))
-    if not mean_load_is_safe(rows, program, tolerances):
-        return _without_collapse(problem, Status.INFEASIBLE, nan, tolerances)
+    if not np.all(rows.g > 0):  # else slip zero is safe under the mean load
+        start = program.solve()
+        excess = rows.relative_excess(rows.slips(start.x[:-1]), 0.0).max() if start.optimal else inf
+        if not excess <= tolerances.feasibility:
+            return _without_collapse(problem, Status.INFEASIBLE, nan, tolerances)
     limits = collapse_limits(rows)
     outcomes = collapses(rows, program, limits, all_nodes=certify)
     node = first_to_collapse(outcomes)

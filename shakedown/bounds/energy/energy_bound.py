@@ -15,7 +15,6 @@ from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO, exact_numbers
 from shakedown.bounds.energy.ball_limits import BallLimits, ball_limits, check_resolved, without_margin
 from shakedown.bounds.energy.ball_search import (
-    Found,
     ball_margin,
     largest_load_factor,
     least_load,
@@ -92,19 +91,21 @@ def energy_bound(
     >>> round(bound.load_factor, 7), bound.slip.round(4), bound.certified <= bound.load_factor
     (0.6619611, array([0.0336, 1.3412]), True)
     """
-    start, reach = checked_initial_slip(problem, initial_slip), _checked_distance(distance)
+    start = checked_initial_slip(problem, initial_slip)
+    if not (isinstance(distance, Real) and isfinite(distance) and distance >= 0):
+        raise UsageError(f"distance: expected a number >= 0, found {distance!r}")
     zone, _ = chosen_zone(problem, open_nodes, tolerances)
     parts = coupled_parts(problem, zone.open_nodes)
     if len(parts) > 1:
         settings: dict[str, Any] = {"split": split, "certify": certify, "tolerances": tolerances}
         opened = [part.among(zone.open_nodes) for part in parts]
         found = [
-            energy_bound(part.joint, start[part.slips], reach, open_nodes=own, **settings)
+            energy_bound(part.joint, start[part.slips], distance, open_nodes=own, **settings)
             for part, own in zip(parts, opened, strict=True)
         ]
         return _of_parts(parts, found)
     given = start[problem.layout.slips_of(zone.closed_nodes)]
-    bound = _of_closed(zone, given, reach, tolerances, split=split)
+    bound = _of_closed(zone, given, float(distance), tolerances, split=split)
     wanted = problem.n <= LOWER_CERTIFIED_UP_TO if certify is None else certify
     if wanted and bound.status == Status.OPTIMAL and not zone.open_nodes:
         proof = sought(_certificate, zone, bound, tolerances)
@@ -143,7 +144,11 @@ def _of_parts(parts: tuple[Part, ...], found: list[Bound]) -> Bound:
     numbers = [(each, p.slips, p.nodes) for p, each in zip(parts, found, strict=True)]
     known = [each.certificate for each in found if each.certificate is not None]
     certificate, doubts = None, [each.uncertified for each in found if each.uncertified]
-    if len(known) == len(found) and all(_begins_at_rest(*both) for both in zip(parts, found, strict=True)):
+    # those that hold without the periodic load, too, do at every smaller one
+    if len(known) == len(found) and all(
+        ExactBall(p.joint, each.share).holds(0.0, each.certificate.slip, each.certificate.radius)
+        for p, each in zip(parts, found, strict=True)
+    ):
         least_of_all = min(known, key=lambda each: each.load_factor)
         certificate = replace(least_of_all, slip=of_slips(parts, (each.slip for each in known)))
     elif known:
@@ -161,12 +166,6 @@ def _of_parts(parts: tuple[Part, ...], found: list[Bound]) -> Bound:
         pinned=tuple(sorted(int(slips[k]) for each, slips, _ in numbers for k in each.pinned)),
         parts=tuple(found),
     )
-
-
-def _begins_at_rest(part: Part, bound: Bound) -> bool:
-    """Whether a certificate of a part holds without the periodic load, too, and so at every smaller one."""
-    proof = bound.certificate
-    return ExactBall(part.joint, bound.share).holds(0.0, proof.slip, proof.radius)
 
 
 def _in_zone(zone: Zone, given: FloatArray, bound: Bound) -> Bound:
@@ -262,32 +261,23 @@ def _largest(
         return nothing(reason, Status.UNBOUNDED, load_factor=inf, least_load_factor=least)
     if not leaves_margins(limits, found.slip, 0.5 * (least + found.value), tolerances):
         return nothing(NO_SLACK)
-    return _optimal(found, start, distance, least)
-
-
-def _optimal(found: Found, start: FloatArray, distance: float, least: float) -> Bound:
-    limits, load_factor = found.limits, max(found.value, 0.0)
+    load_factor = max(found.value, 0.0)
     uncertain = SETTLED * float(found.every_multiplier @ limits.sizes(found.slip, load_factor, found.radius))
     if uncertain > NEGLIGIBLE * load_factor:  # digits are lost beside the constant load: rounded down by all
         load_factor = max(load_factor - uncertain, 0.0)
-    radius = found.radius * limits.metric.unit
     return Bound(
         kind="energy",
         status=Status.OPTIMAL,
         load_factor=load_factor,
-        evidence=BallEvidence(radius, start, distance, found.gap, share=limits.share),
+        evidence=BallEvidence(
+            found.radius * limits.metric.unit, start, distance, found.gap, share=limits.share
+        ),
         slip=found.slip,
         active=limits.names(found.carrying),
         multipliers=found.multipliers,
         residual=limits.residual(found.slip, load_factor, found.radius),
         least_load_factor=least,
     )
-
-
-def _checked_distance(distance: float) -> float:
-    if not (isinstance(distance, Real) and isfinite(distance) and distance >= 0):
-        raise UsageError(f"distance: expected a number >= 0, found {distance!r}")
-    return float(distance)
 
 
 DIGITS = 2**80  # denominator to which a square root is rounded up

@@ -81,13 +81,15 @@ class FloatingLimits:
         everywhere[joint.kept] = joint.kept_stiffness
         everywhere[list(joint.pinned)] = -joint.motions[joint.kept].T @ everywhere[joint.kept]
         stiffness = np.moveaxis(everywhere.reshape(n, joint.d, k), 2, 0)
+        none, number = np.zeros(0), np.zeros(0, dtype=np.intp)
+        held = RigidSlips(np.zeros((k, 0)), ())
         return DiscRows(
             stiffness=np.moveaxis(self._of_reactions(stiffness), 0, 2),
             node=node,
             step=step,
             c=constant[node],
             e=periodic[step, node],
-            half_spaces=_no_half_spaces(k),
+            half_spaces=Constraints(np.zeros((0, k)), none, none, number, number, number, held),
             names=np.arange(n),
         )
 
@@ -140,7 +142,11 @@ def floating_reach(
     """
     limits = FloatingLimits(joint, least, slip_curves(joint, least))
     rows = limits.rows()
-    centred = largest_load_factor(_under_mean_load(rows), None, True, tolerances)
+    # under the mean load, of one load step of every node, the share of friction that is left varies
+    one = np.unique(rows.node, return_index=True)[1]
+    less = rows.c[one] * [-1.0, 0.0, 0.0]
+    mean = rows.under(node=rows.node[one], step=rows.step[one], c=rows.c[one], e=less)
+    centred = largest_load_factor(mean, None, True, tolerances)
     if centred.status != Status.OPTIMAL:
         return None
     z0 = _reactions(joint, centred.x)
@@ -204,16 +210,3 @@ def _reactions(joint: ScaledJoint, x: FloatArray) -> FloatArray:
     z = np.zeros(joint.d * joint.n)
     z[joint.kept] = joint.kept_stiffness @ x
     return joint.in_balance(z)[0]
-
-
-def _under_mean_load(rows: DiscRows) -> DiscRows:
-    """The rows of one load step of every node; what varies is the share of their friction that is left."""
-    one = np.unique(rows.node, return_index=True)[1]
-    less = rows.c[one] * [-1.0, 0.0, 0.0]
-    return rows.under(node=rows.node[one], step=rows.step[one], c=rows.c[one], e=less)
-
-
-def _no_half_spaces(columns: int) -> Constraints:
-    none, number = np.zeros(0), np.zeros(0, dtype=np.intp)
-    held = RigidSlips(np.zeros((columns, 0)), ())
-    return Constraints(np.zeros((0, columns)), none, none, number, number, number, held)

@@ -274,26 +274,18 @@ def friction_thresholds(problem: Problem, *, tolerances: Tolerances = DEFAULT) -
             anywhere = replace(contact, low=min(anywhere.low, contact.high))
     # Self-stress A v = t S φ B v, S between −1 and 1, needs a determinant that vanishes at t or below.
     safe = contact.low * stiffness.friction_unit if held(stiffness.A, stiffness.tolerances) else 0.0
+    wedging = sought(wedging_threshold, stiffness, safe)
+    if isinstance(wedging, Missing):  # a program of the search failed: what is known without it
+        low, no_slip = safe / stiffness.friction_unit, np.full(stiffness.n, np.nan)
+        wedging = Wedging(low, np.inf, no_slip, reason=wedging.reason)
+    a, b = np.diag(stiffness.A), np.abs(np.diag(stiffness.B))
     return FrictionThresholds(
-        single_node=_single_node(stiffness),
+        single_node=np.where(b > 0, a / np.where(b > 0, b, 1.0), np.inf),
         factor=factor,
         uniqueness_in_contact=contact,
         uniqueness=anywhere,
-        wedging=_wedging(stiffness, safe),
+        wedging=wedging,
     )
-
-
-def _wedging(stiffness: ScaledStiffness, safe: float) -> Wedging:
-    """Where a program of the search fails, what is known without it."""
-    found = sought(wedging_threshold, stiffness, safe)
-    if not isinstance(found, Missing):
-        return found
-    return Wedging(safe / stiffness.friction_unit, np.inf, np.full(stiffness.n, np.nan), reason=found.reason)
-
-
-def _single_node(stiffness: ScaledStiffness) -> FloatArray:
-    a, b = np.diag(stiffness.A), np.abs(np.diag(stiffness.B))
-    return np.where(b > 0, a / np.where(b > 0, b, 1.0), np.inf)
 
 
 def _uniqueness(stiffness: ScaledStiffness, *, separation: bool) -> Threshold:

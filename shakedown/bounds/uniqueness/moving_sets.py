@@ -89,6 +89,9 @@ def scaled_stiffness(problem: Problem, friction: FloatArray, tolerances: Toleran
     >>> scaled.weights, scaled.friction_unit
     (array([0.75, 0.75]), 4.0)
     """
+    # nothing below the accuracy of the data counts as resistance: eigenvalues of scaled matrices are off by
+    # four times the error of their entries at most
+    zero_mode = max(tolerances.zero_mode, 4.0 * stiffness_error(problem) / FIRST_DIGIT)
     power = exponent(max(np.abs(problem.A).max(), np.abs(problem.B).max()))
     own = exponent(friction.max())
     A, B = np.ldexp(problem.A, -power), np.ldexp(problem.B, -power)
@@ -100,16 +103,9 @@ def scaled_stiffness(problem: Problem, friction: FloatArray, tolerances: Toleran
         C=None if problem.C is None else np.ldexp(problem.C, -power),
         weights=np.ldexp(friction, -own),
         friction_unit=float(np.ldexp(1.0, own)),
-        tolerances=_of_the_data(problem, tolerances),
+        tolerances=replace(tolerances, zero_mode=zero_mode),
         pinned=rigid_slips(problem).pinned,
     )
-
-
-def _of_the_data(problem: Problem, tolerances: Tolerances) -> Tolerances:
-    """The tolerances, with nothing below the accuracy of the data counted as resistance."""
-    error = stiffness_error(problem) / FIRST_DIGIT
-    # largest error of eigenvalues of scaled matrices, in units of the error of their entries
-    return replace(tolerances, zero_mode=max(tolerances.zero_mode, 4.0 * error))
 
 
 def exponent(size: float) -> int:
@@ -157,7 +153,9 @@ def first_to_lose(stiffness: ScaledStiffness, sets: list[Nodes]) -> LostAt:
     """Of these sets of slipping nodes the one that loses uniqueness at the smallest factor, on any sides."""
     first = NEVER
     for size, alike in groupby(sorted(sets, key=len), key=len):
-        group, sides = np.array(list(alike), dtype=np.intp), all_sides(size)
+        group = np.array(list(alike), dtype=np.intp)
+        # all but for a common sign: where det(A′ − t S φ B′) has the root t, it has the root −t for −S
+        sides = np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=size - 1)])
         for some in np.array_split(group, len(group) * len(sides) // AT_ONCE + 1):
             first = min(first, *_lost_by(stiffness, some, sides), key=lambda lost: lost.factor)
     return first
@@ -172,14 +170,6 @@ def first_with_open_nodes(stiffness: ScaledStiffness) -> LostAt:
         if lost.factor < first.factor:
             first = replace(lost, slipping=tuple(rest[i] for i in lost.slipping), separated=separated)
     return first
-
-
-def all_sides(k: int) -> FloatArray:
-    """All sides of k nodes but for a common sign, (2ᵏ⁻¹, k).
-
-    S and −S belong together: det(A′ − t S φ B′) = 0 where det(A′ + t S φ B′) = 0 has the root −t.
-    """
-    return np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=k - 1)])
 
 
 def _lost_by(stiffness: ScaledStiffness, sets: NDArray[np.intp], signs: FloatArray) -> list[LostAt]:
