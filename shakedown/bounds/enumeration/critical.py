@@ -29,7 +29,6 @@ MOST_NODES = 10_000  # nodes; limits the digits of the number of subsets
 
 Candidate = tuple[float, tuple[int, ...]]
 NONE: Candidate = (inf, ())
-LISTED = 1000  # degenerate subsets whose rows are told
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -120,29 +119,19 @@ class SubtreeFindings:
 
     Attributes
     ----------
-    regular
-        Number of subsets with a load factor.
-    degenerate
-        Number of subsets without one.
-    degenerate_rows
-        Some of them (or all, if few).
+    subsets, regular
+        Number of subsets worked through, and of those with a load factor.
     smallest_positive, smallest_feasible
         (load factor, rows) of the smallest positive one, and of the smallest on the safe region.
     load_factors
         Of all regular ones, where asked for.
     """
 
+    subsets: int
     regular: int
-    degenerate: int
-    degenerate_rows: list[tuple[int, ...]]
     smallest_positive: Candidate
     smallest_feasible: Candidate
     load_factors: FloatArray
-
-    @property
-    def subsets(self) -> int:
-        """Number of subsets worked through."""
-        return self.regular + self.degenerate
 
 
 def solve_subsets(
@@ -171,9 +160,8 @@ def solve_subsets(
         return float(load_factors[i]), tuple(subsets[i].tolist())
 
     return SubtreeFindings(
+        subsets=len(subsets),
         regular=int(regular.sum()),
-        degenerate=int((~regular).sum()),
-        degenerate_rows=[tuple(subset) for subset in subsets[~regular][:LISTED].tolist()],
         smallest_positive=smallest(positive),
         smallest_feasible=smallest(feasible),
         load_factors=load_factors[regular] if values else np.empty(0),
@@ -188,9 +176,8 @@ def in_batches(subsets: Iterator[tuple[int, ...]]) -> Iterator[list[tuple[int, .
 def joined(parts: list[SubtreeFindings]) -> SubtreeFindings:
     """Several findings combined."""
     return SubtreeFindings(
+        subsets=sum(part.subsets for part in parts),
         regular=sum(part.regular for part in parts),
-        degenerate=sum(part.degenerate for part in parts),
-        degenerate_rows=[subset for part in parts for subset in part.degenerate_rows],
         smallest_positive=min((part.smallest_positive for part in parts), default=NONE),
         smallest_feasible=min((part.smallest_feasible for part in parts), default=NONE),
         load_factors=np.concatenate([part.load_factors for part in parts]) if parts else np.empty(0),
@@ -210,8 +197,6 @@ class CriticalLoadFactors(Result):
     degenerate
         Subsets whose rows do not, to the tolerance ``degeneracy``, as counted: they have
         no load factor. With ``regular`` they make up ``total``.
-    degenerate_rows
-        (node, side) of the rows of each degenerate subset, the first ``LISTED`` of them.
     smallest_positive
         The smallest positive critical load factor, the thesis's λ_min. For more
         than two nodes it grossly underestimates the first collapse, because most
@@ -223,13 +208,12 @@ class CriticalLoadFactors(Result):
         All of them, sorted, where asked for, else None.
     """
 
-    DOCUMENT: ClassVar[str] = "total regular degenerate degenerate_rows smallest_positive smallest_feasible"
+    DOCUMENT: ClassVar[str] = "total regular degenerate smallest_positive smallest_feasible"
     TABLE: ClassVar[str] = "load_factors"
 
     total: int
     regular: int
     degenerate: int
-    degenerate_rows: tuple[tuple[tuple[int, int], ...], ...]
     smallest_positive: Intersection
     smallest_feasible: Intersection
     load_factors: FloatArray | None = None
@@ -301,62 +285,35 @@ def critical_load_factors(
     if threads is not None:
         check_count("threads", threads)
     rows = constraints(problem)
-    total = _count(rows)
+    scaled, total = scaled_rows(rows), subset_count(rows.n, len(rows.g) - 2 * rows.n)
     if not isinstance(budget, int):
         raise UsageError(f"budget: expected a whole number, found {budget!r}")
     _check_budget(rows, total, budget)
-    values = total <= SMALL if values is None else values
-    below = inf if total <= SMALL else _first_collapse(problem, tolerances)
-    found, done = list[SubtreeFindings](), 0
-    for piece in _walk(rows, values, below, threads, tolerances):
-        found.append(piece)
-        done += piece.subsets
+    if total <= SMALL:
+        values = True if values is None else values
+        batches = in_batches(combinations(range(len(rows.g)), rows.n + 1))
+        parts = (solve_subsets(np.array(batch), scaled, tolerances, values=values) for batch in batches)
+    else:
+        from shakedown.bounds.enumeration.walk_kernel import Tree, pieces  # compiled, loaded where it is used
+
+        first = lower_bound(problem, certify=False, tolerances=tolerances).load_factor
+        # just above λ_1, where there is one: no smaller positive load factor lies on the safe region
+        below, values = first * (1.0 + NEGLIGIBLE) if first > 0.0 else inf, bool(values)
+        parts = pieces(Tree(scaled, values, below, tolerances), threads)
+    pieces_found = list[SubtreeFindings]()
+    for part in parts:
+        pieces_found.append(part)
         if progress is not None:
-            progress(done, total)
-    return _report(rows, joined(found), values)
-
-
-def _first_collapse(problem: Problem, tolerances: Tolerances) -> float:
-    """Just above λ_1, where there is one: no smaller positive load factor lies on the safe region."""
-    first = lower_bound(problem, certify=False, tolerances=tolerances).load_factor
-    return first * (1.0 + NEGLIGIBLE) if first > 0.0 else inf
-
-
-def _walk(
-    rows: Constraints, values: bool, feasible_below: float, threads: int | None, tolerances: Tolerances
-) -> Iterator[SubtreeFindings]:
-    """Enumerate all subsets: few in batches, many in the compiled tree.
-
-    Points on the safe region are looked for below ``feasible_below`` in the tree.
-    """
-    scaled = scaled_rows(rows)
-    if _count(rows) <= SMALL:
-        for chunk in in_batches(combinations(range(len(rows.g)), rows.n + 1)):
-            yield solve_subsets(np.array(chunk), scaled, tolerances, values=values)
-        return
-    from shakedown.bounds.enumeration.walk_kernel import (  # compiled; loaded only where it is used
-        Tree,
-        pieces,
-    )
-
-    yield from pieces(Tree(scaled, values, feasible_below, tolerances), threads)
-
-
-def _report(rows: Constraints, found: SubtreeFindings, values: bool) -> CriticalLoadFactors:
-    listed = sorted(found.degenerate_rows)[:LISTED]
+            progress(sum(each.subsets for each in pieces_found), total)
+    found = joined(pieces_found)
     return CriticalLoadFactors(
-        total=_count(rows),
+        total=total,
         regular=found.regular,
-        degenerate=found.degenerate,
-        degenerate_rows=tuple(rows_named(rows, np.array(subset)) for subset in listed),
+        degenerate=total - found.regular,
         smallest_positive=intersection(rows, found.smallest_positive[1]),
         smallest_feasible=intersection(rows, found.smallest_feasible[1]),
         load_factors=np.sort(found.load_factors) if values else None,
     )
-
-
-def _count(rows: Constraints) -> int:
-    return subset_count(rows.n, len(rows.g) - 2 * rows.n)
 
 
 def _check_budget(rows: Constraints, total: int, budget: int) -> None:

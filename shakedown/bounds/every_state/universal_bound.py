@@ -10,16 +10,17 @@ from shakedown.bounds.bound_result import Bound, Evidence
 from shakedown.bounds.collapse.lower import lower_bound
 from shakedown.bounds.collapse.proof_status import Argument
 from shakedown.bounds.discs.scaled_solution import safe_under_mean_load
-from shakedown.bounds.every_state.bound_of_floating import Reach, floating_reach
+from shakedown.bounds.every_state.bound_of_floating import Reach, floating_reach, unique_rates
 from shakedown.bounds.every_state.least_pressures import (
     LeastPressures,
     Loops,
+    ScaledJoint,
     least_pressures,
     pressures_of_floating,
     reaction_centres,
+    scaled_joint,
     slip_curves,
 )
-from shakedown.bounds.every_state.rates import ScaledJoint, scaled_joint, unique_rates
 from shakedown.bounds.uniqueness.coupling import Uniqueness
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import Missing, UsageError, present, sought
