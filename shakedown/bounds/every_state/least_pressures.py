@@ -1,4 +1,4 @@
-"""A joint in units of its own, least pressures of admissible states, reactions about which loads swing least."""
+"""A joint in units of its own, least pressures of admissible states, reactions about which loads swing."""
 
 from dataclasses import dataclass
 from functools import cached_property
