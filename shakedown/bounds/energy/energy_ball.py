@@ -311,7 +311,26 @@ def energy_ball(
     check_load_factor(load_factor, problem)
     state = None if around is None else checked_initial_slip(problem, around)
     zone = contact_zone(problem, open_nodes, tolerances=tolerances)
-    return _in_zone(zone, load_factor, state, tolerances, transient=transient, split=split)
+    limits = ball_limits(zone, transient=transient, tolerances=tolerances)
+    held = None if state is None else _of_closed(zone, limits, state)
+
+    def slack(ball: EnergyBall) -> float:
+        """The radius of a ball, or how far the state may be disturbed in it; −inf without one."""
+        if not ball.radius > 0:
+            return -inf
+        left = ball.radius if held is None else float(ball.margin(held))
+        return left if left > 0 else -inf
+
+    ball = _ball(zone, limits, load_factor, held, tolerances, split=split)
+    if ball.share.any():
+        most = closed_radius(zone.joint, limits.metric, ball.slip, (load_factor,))
+        if not ball.radius < most:  # a node might open in a jump within it
+            most *= 1.0 - 10 * ROUND_OFF  # strictly smaller
+            inner = most * (1.0 - tolerances.feasibility)
+            capped = replace(ball, status=Status.OPTIMAL, reason="", radius=most, inner_radius=inner)
+            simple = _ball(zone, limits, load_factor, held, tolerances, split=False)
+            ball = max(simple, capped, key=slack)
+    return replace(ball, slip=zone.slips(ball.slip), zone=zone) if zone.open_nodes else ball
 
 
 def no_ball_holds(
@@ -335,38 +354,6 @@ def no_ball_holds(
 def _of_closed(zone: Zone, limits: BallLimits, state: FloatArray) -> FloatArray:
     """The slips of the closed nodes of a state, relative to the pinned ones."""
     return limits.rigid.relative(state[zone.problem.layout.slips_of(zone.closed_nodes)])
-
-
-def _in_zone(
-    zone: Zone,
-    load_factor: float,
-    state: FloatArray | None,
-    tolerances: Tolerances,
-    *,
-    transient: bool,
-    split: bool,
-) -> EnergyBall:
-    """The ball of the closed nodes of a zone in terms of all nodes; no node may open in a jump within it."""
-    limits = ball_limits(zone, transient=transient, tolerances=tolerances)
-    held = None if state is None else _of_closed(zone, limits, state)
-
-    def slack(ball: EnergyBall) -> float:
-        """The radius of a ball, or how far the state may be disturbed in it; −inf without one."""
-        if not ball.radius > 0:
-            return -inf
-        left = ball.radius if held is None else float(ball.margin(held))
-        return left if left > 0 else -inf
-
-    ball = _ball(zone, limits, load_factor, held, tolerances, split=split)
-    if ball.share.any():
-        most = closed_radius(zone.joint, limits.metric, ball.slip, (load_factor,))
-        if not ball.radius < most:
-            most *= 1.0 - 10 * ROUND_OFF  # strictly smaller
-            inner = most * (1.0 - tolerances.feasibility)
-            capped = replace(ball, status=Status.OPTIMAL, reason="", radius=most, inner_radius=inner)
-            simple = _ball(zone, limits, load_factor, held, tolerances, split=False)
-            ball = max(simple, capped, key=slack)
-    return replace(ball, slip=zone.slips(ball.slip), zone=zone) if zone.open_nodes else ball
 
 
 def _ball(

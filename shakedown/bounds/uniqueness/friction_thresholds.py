@@ -6,12 +6,14 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.linalg import null_space
 
-from shakedown.bounds.uniqueness.coupling import coupling_limit, energy_limit
-from shakedown.bounds.uniqueness.moving_sets import (
+from shakedown.bounds.uniqueness.coupling import (
     LARGEST_SET,
+    NEVER,
+    LostAt,
     ScaledStiffness,
+    coupling_limit,
+    energy_limit,
     first_to_lose,
-    first_with_open_nodes,
     held,
     scaled_stiffness,
     slipping_sets,
@@ -88,7 +90,7 @@ def wedging_threshold(stiffness: ScaledStiffness, safe: float) -> Wedging:
     Examples
     --------
     >>> import numpy as np, shakedown
-    >>> from shakedown.bounds.uniqueness.moving_sets import scaled_stiffness
+    >>> from shakedown.bounds.uniqueness.coupling import scaled_stiffness
     >>> one = scaled_stiffness(shakedown.example("one-node"), np.ones(1), shakedown.Tolerances())
     >>> round(wedging_threshold(one, 0.0).value, 6)
     2.0
@@ -286,6 +288,17 @@ def friction_thresholds(problem: Problem, *, tolerances: Tolerances = DEFAULT) -
         uniqueness=anywhere,
         wedging=wedging,
     )
+
+
+def first_with_open_nodes(stiffness: ScaledStiffness) -> LostAt:
+    """Where uniqueness is lost first, by any slipping nodes beside any choice of open ones."""
+    first, nodes = NEVER, range(stiffness.n)
+    for separated in [(), *slipping_sets(stiffness.n, stiffness.n - 1)]:
+        rest, joint = [i for i in nodes if i not in separated], stiffness.opened(separated)
+        lost = NEVER if joint is None else first_to_lose(joint, slipping_sets(joint.n))
+        if lost.factor < first.factor:
+            first = replace(lost, slipping=tuple(rest[i] for i in lost.slipping), separated=separated)
+    return first
 
 
 def _uniqueness(stiffness: ScaledStiffness, *, separation: bool) -> Threshold:
