@@ -295,7 +295,6 @@ class ArcLimits:
         self._fB = problem.law.limit_rows(problem.B).reshape(n, n, d)
         self._A = problem.A.reshape(n, d, n, d)
         self._start, self._error = start, start_error
-        self._off = np.flatnonzero(start_error)
         self.reach = np.linalg.norm(self._fB, axis=2) + np.linalg.norm(self._A, axis=(1, 3))
         fB, A, size = self._fB.reshape(n, -1), problem.A, np.abs(start)
         self._locked = fB @ start, (A @ start).reshape(n, d)
@@ -303,21 +302,22 @@ class ArcLimits:
 
     def slacks(self, node: Numbers, e: FloatArray) -> Slacks:
         """Of nodes (c,) in directions (c, k, d), (c, k): at the initial slip, wherever within its error."""
-        loads = load_slacks(self.problem, node, e)
+        problem, loop = self.problem, loading(self.problem)
+        before, off = problem.layout.split(transient_path(problem)), np.flatnonzero(self._error)
         (of_fB, of_A), (size_fB, size_A) = self._locked, self._terms
         locked = of_fB[node, None] + np.einsum("ckx,cx->ck", e, of_A[node])
         terms = size_fB[node, None] + np.einsum("ckx,cx->ck", np.abs(e), size_A[node])
         locked -= NEGLIGIBLE * terms
-        for i, mine in by_node(node) if self._off.size else ():
-            locked[mine] -= self._uncertain(i, e[mine])
-        return Slacks(loads.base + locked, loads.fall, loads.before + locked)
-
-    def _uncertain(self, i: int, e: FloatArray) -> FloatArray:
-        """What the error of the initial slip may take from the limit of a node in directions (c, k, d)."""
-        off, square = self._off, 0.0
-        for x in range(e.shape[-1]):
-            square = square + (self._fB[i, off, x] + e @ self._A[i][:, off, x]) ** 2
-        return np.asarray(np.sqrt(square) @ self._error[off])
+        found = Slacks(*(np.empty(e.shape[:2]) for _ in Slacks._fields))
+        for i, mine in by_node(node):
+            least = partial(_least, problem, i, e[mine])
+            found.base[mine] = least(loop.q0[None], loop.p0[None])
+            found.fall[mine] = np.maximum(-least(loop.q1, loop.p1), 0.0)
+            found.before[mine] = least(*before)
+            # what the error of the initial slip may take
+            taken = self._fB[i, off] + np.einsum("ckx,xny->ckny", e[mine], self._A[i][:, off])
+            locked[mine] -= np.linalg.norm(taken, axis=-1) @ self._error[off]
+        return Slacks(found.base + locked, found.fall, found.before + locked)
 
     def check_pressed(self, load_factor: float) -> None:
         """Raise ``NoLids`` unless the first load presses all nodes, at every load factor up to one.
@@ -358,18 +358,6 @@ def origins(problem: Problem) -> FloatArray:
     first = np.argmax(sizes >= (1.0 - SEVEN_DIGITS) * sizes.max(axis=0), axis=0)
     x, y = np.concatenate(groups)[first, np.arange(problem.n)].T
     return np.asarray(np.arctan2(y, x))
-
-
-def load_slacks(problem: Problem, node: Numbers, e: FloatArray) -> Slacks:
-    """Slacks of nodes (c,) in directions (c, k, d) under the loads alone, without slip, (c, k)."""
-    loop, before = loading(problem), problem.layout.split(transient_path(problem))
-    found = Slacks(*(np.empty(e.shape[:2]) for _ in Slacks._fields))
-    for i, mine in by_node(node):
-        least = partial(_least, problem, i, e[mine])
-        found.base[mine] = least(loop.q0[None], loop.p0[None])
-        found.fall[mine] = np.maximum(-least(loop.q1, loop.p1), 0.0)
-        found.before[mine] = least(*before)
-    return found
 
 
 def _least(problem: Problem, i: int, e: FloatArray, q: FloatArray, p: FloatArray) -> FloatArray:

@@ -189,26 +189,6 @@ def without_mean(rows: DiscRows) -> tuple[DiscRows, FloatArray]:
     return rows.under(c=rest[rows.node] + (rows.c - mean[rows.node]), half_spaces=near), np.sum(parts, axis=0)
 
 
-def in_units(scaled: ScaledDiscs, end: SelfDualSolution) -> UnscaledSolution:
-    """What the interior points found, in the units of the joint."""
-    y, z = scaled.multipliers(end.multipliers)
-    x, load_factor = scaled.slips(end.x), float(end.x[-1] * scaled.load_unit)
-    if end.status == Status.UNBOUNDED:  # per load factor
-        x, load_factor = scaled.changes(end.x) / load_factor, 1.0
-    elif load_factor <= ROUND_OFF * scaled.load_unit:
-        load_factor = 0.0
-    if end.status == Status.INFEASIBLE:
-        x, load_factor = np.full(len(x), np.nan), np.nan
-        size = -float(np.vdot(y, scaled.rows.c) + z @ scaled.rows.half_spaces.g)
-        y, z = y / size, z / size
-    discs, others, _ = scaled.program.parts(end.multipliers)
-    weights, others = discs[:, 0], others[: len(z)]
-    least = NEGLIGIBLE * max(weights.max(initial=0.0), others.max(initial=0.0))
-    carrying = np.flatnonzero(weights > least), np.flatnonzero(others > least)
-    reduced = end.accuracy > NEGLIGIBLE
-    return UnscaledSolution(end.status, x, load_factor, y, z, carrying, reduced, scaled, end)
-
-
 NEGATIVE = 10 * ROUND_OFF  # largest slack or multiplier below zero likewise
 PROXIMITY = 100 * ROUND_OFF  # regularisation of slips left free by active limits, and of redundant limits
 
@@ -233,7 +213,23 @@ def solve_scaled(scaled: ScaledDiscs, usable: float = USABLE, *, proves: bool = 
     SolverError
         If it comes to no end.
     """
-    return in_units(scaled, polished(scaled.program, solve_discs(scaled.program, usable), proves=proves))
+    end = polished(scaled.program, solve_discs(scaled.program, usable), proves=proves)
+    y, z = scaled.multipliers(end.multipliers)
+    x, load_factor = scaled.slips(end.x), float(end.x[-1] * scaled.load_unit)
+    if end.status == Status.UNBOUNDED:  # per load factor
+        x, load_factor = scaled.changes(end.x) / load_factor, 1.0
+    elif load_factor <= ROUND_OFF * scaled.load_unit:
+        load_factor = 0.0
+    if end.status == Status.INFEASIBLE:
+        x, load_factor = np.full(len(x), np.nan), np.nan
+        size = -float(np.vdot(y, scaled.rows.c) + z @ scaled.rows.half_spaces.g)
+        y, z = y / size, z / size
+    discs, others, _ = scaled.program.parts(end.multipliers)
+    weights, others = discs[:, 0], others[: len(z)]
+    least = NEGLIGIBLE * max(weights.max(initial=0.0), others.max(initial=0.0))
+    carrying = np.flatnonzero(weights > least), np.flatnonzero(others > least)
+    reduced = end.accuracy > NEGLIGIBLE
+    return UnscaledSolution(end.status, x, load_factor, y, z, carrying, reduced, scaled, end)
 
 
 def polished(program: DiscProgram, end: SelfDualSolution, *, proves: bool = True) -> SelfDualSolution:

@@ -213,16 +213,6 @@ class _Equations:
     sign: float
     rigid: FloatArray
 
-    @property
-    def right(self) -> FloatArray:
-        """± B_i, (n, k)."""
-        return np.asarray(self.sign * self.joint.B[:, self.joint.kept])
-
-    @property
-    def without_friction(self) -> FloatArray:
-        """y for f = 0, (n, k)."""
-        return np.asarray(self.sign * self.joint.pressures_by_forces)
-
     def multipliers(self, y: FloatArray, nodes: NDArray[np.intp]) -> FloatArray:
         """Y of some nodes (c, dn)."""
         Y = self.rigid[nodes]
@@ -244,7 +234,7 @@ def least_pressures(
     to rigid slips: it is zero at the pinned slips, to which ``rigid`` (n, dn), rigid slips, is added.
     """
     given = _Equations(joint, sign, np.zeros(joint.B.shape) if rigid is None else rigid)
-    y = given.without_friction
+    y = sign * joint.pressures_by_forces
     sizes = np.abs(y).max(axis=1, initial=0.0) + np.abs(given.rigid).max(axis=1, initial=0.0)
     excess = ROUND_OFF * max(1.0, joint.n / 4) * sizes  # of the weights of friction limits over multipliers
     for _ in range(TRIES):
@@ -260,7 +250,7 @@ def least_pressures(
 
 def _swept(given: _Equations, excess: FloatArray, start: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
     """The multipliers as far as sweeps bring them, and which of them have settled."""
-    y, own = start.copy(), given.without_friction
+    y, own = start.copy(), given.sign * given.joint.pressures_by_forces
     fB = given.joint.f[:, None] * given.joint.pressures_by_forces  # f B A⁻¹
     every = going = np.arange(len(y))
     size = np.abs(own).max(axis=1, initial=0.0)
@@ -283,7 +273,7 @@ def _by_newton(given: _Equations, node: int, excess: float, start: FloatArray) -
     A, fB, every = joint.kept_stiffness, joint.fB[:, joint.kept], np.arange(joint.n)
     y, best, least = np.zeros_like(start), start, np.inf
     for _ in range(ITERATIONS):
-        rest = given.right[node] - (given.sizes(y[None], one)[0] + excess) @ fB - y @ A
+        rest = given.sign * joint.B[node, joint.kept] - (given.sizes(y[None], one)[0] + excess) @ fB - y @ A
         if (size := float(np.abs(rest).max())) < least:
             best, least = y.copy(), size
         slopes = np.zeros((joint.n, joint.n, joint.d))  # of |Y_j| in Y
@@ -302,10 +292,11 @@ def _solved(given: _Equations, h: FloatArray) -> LeastPressures:
     """
     joint, every, n = given.joint, np.arange(len(h)), len(h)
     A, X, fB, alpha = joint.kept_stiffness, joint.inverse, joint.fB[:, joint.kept], joint.inverse_error
-    right = given.right - h @ fB
+    wanted = given.sign * joint.B[:, joint.kept]
+    right = wanted - h @ fB
     y = right @ X
     y = np.asarray(y + (right - y @ A) @ X)
-    terms = np.abs(given.right) + np.abs(h) @ np.abs(fB) + np.abs(y) @ np.abs(A)
+    terms = np.abs(wanted) + np.abs(h) @ np.abs(fB) + np.abs(y) @ np.abs(A)
     rest = np.abs(right - y @ A) + (3 * n + 4) * EPS * terms
     largest = (rest @ np.abs(X)).max(axis=1, initial=0.0) * (1.0 + (2 * n + 4) * EPS)
     rigid = np.abs(given.rigid).max(axis=1, initial=0.0)
@@ -325,7 +316,7 @@ def pressures_of_floating(joint: ScaledJoint, *, sign: float = 1.0) -> LeastPres
     c = np.zeros((joint.n, joint.motions.shape[1]))
     for _ in range(ALTERNATIONS):
         given = _Equations(joint, sign, c @ joint.motions.T)
-        swept = _swept(given, np.zeros(joint.n), given.without_friction)[0]
+        swept = _swept(given, np.zeros(joint.n), sign * joint.pressures_by_forces)[0]
         c = c + _best_parts(joint, given.multipliers(swept, np.arange(joint.n)))
     return least_pressures(joint, rigid=c @ joint.motions.T, sign=sign)
 
@@ -375,10 +366,6 @@ class SlipCurves:
     size: FloatArray
     lean: FloatArray
     loose: FloatArray
-
-    def part(self, nodes: NDArray[np.intp]) -> "SlipCurves":
-        """Those of some of the nodes."""
-        return SlipCurves(self.size[nodes], self.lean[nodes], self.loose[nodes])
 
     @property
     def length(self) -> FloatArray:
@@ -487,11 +474,6 @@ class Loops:
         most = worst.max(axis=0)
         return np.asarray(most + 8 * EPS * np.abs(most))
 
-    def round_off(self) -> FloatArray:
-        """The error of 1/λ due to round-off of loads, (k,)."""
-        size = np.abs(self.path).max(axis=(0, 2)) + np.abs(self.growing).max(axis=0)
-        return np.asarray(16 * EPS * size / self.constant)
-
     def worst(self, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Where :meth:`needed` is largest: its value (k,), and the row t, f π⁰, t · q¹ + f π¹ (k, d + 2)."""
         needed, k = self.needed(centre), np.arange(len(centre))
@@ -517,6 +499,8 @@ def reaction_centres(loops: Loops) -> tuple[FloatArray, FloatArray]:
     the curve hold a centre from all sides; the one in which it misses most takes the place of one of them.
     """
     k = len(loops.constant)
+    loads = np.abs(loops.path).max(axis=(0, 2)) + np.abs(loops.growing).max(axis=0)
+    round_off = 16 * EPS * loads / loops.constant  # the error of 1/λ due to round-off of loads
     basis = loops.rows(loops.curves.around())
     centre, below = _vertex(basis)
     best, above, going = centre.copy(), np.full(k, np.inf), np.ones(k, dtype=bool)
@@ -526,7 +510,7 @@ def reaction_centres(loops: Loops) -> tuple[FloatArray, FloatArray]:
         above[better], best[better] = reached[better], centre[better]
         needed, new = loops.worst(centre)
         found, regular = _exchanged(basis, new)
-        open_yet = needed - below > np.maximum(ROUND_OFF * np.abs(needed), loops.round_off())
+        open_yet = needed - below > np.maximum(ROUND_OFF * np.abs(needed), round_off)
         going &= open_yet & regular
         if not going.any():
             break

@@ -15,6 +15,7 @@ from shakedown.bounds.every_state.least_pressures import (
     LeastPressures,
     Loops,
     ScaledJoint,
+    SlipCurves,
     least_pressures,
     pressures_of_floating,
     reaction_centres,
@@ -161,7 +162,8 @@ def _of_held(joint: ScaledJoint, least: LeastPressures, pressures: FloatArray, l
     path, growing = joint.law.layout.by_node(joint.q1), least.at(joint, joint.q1, joint.p1)
     inverse, centre = np.where(path.any(axis=(0, 2)), inf, lift_off), np.zeros((joint.n, joint.d))
     rough = np.flatnonzero(joint.f > 0)
-    f, curves = joint.f[rough], slip_curves(joint, least).part(rough)
+    f, curves = joint.f[rough], slip_curves(joint, least)
+    curves = SlipCurves(curves.size[rough], curves.lean[rough], curves.loose[rough])
     loops = Loops(curves, path[:, rough], f * growing[:, rough], f * pressures[rough])
     inverse[rough], centre[rough] = reaction_centres(loops)
     node, load_factor, nowhere = int(inverse.argmax()), _load_factor(inverse.max()), np.full(centre.size, nan)
