@@ -95,7 +95,12 @@ def exact_rows(problem: Problem) -> ExactRows:
     q0 = _mean(problem.q_w, problem.q_mean, loop.q0)
     p0 = _mean(problem.p_w, problem.p_mean, loop.p0)
     law = Law(exact_numbers(problem.f))
-    return _whole(np.column_stack([law.stiffness(A, B), _extremes(problem, law, q0, p0), law.cone(q0, p0)]))
+    q1, p1 = (
+        np.where((periodic != 0.0).any(axis=0), exact_numbers(samples) - mean, mean - mean)
+        for periodic, samples, mean in ((loop.q1, problem.q_w, q0), (loop.p1, problem.p_w, p0))
+    )
+    d = law.against(q1, p1).max(axis=0)  # the largest of ±q¹ − f p¹ over the load steps
+    return _whole(np.column_stack([law.stiffness(A, B), d, law.cone(q0, p0)]))
 
 
 def exact_numbers(array: FloatArray) -> Exact:
@@ -112,16 +117,6 @@ def _mean(samples: FloatArray, given: FloatArray | None, in_floats: FloatArray) 
     if given is not None:
         return exact_numbers(in_floats)
     return np.asarray(exact_numbers(np.where(in_floats != 0.0, samples, 0.0)).sum(axis=0) / len(samples))
-
-
-def _extremes(problem: Problem, law: Law, q0: Exact, p0: Exact) -> Exact:
-    """d: the largest of ±q¹ − f p¹ over the load steps."""
-    loop = loading(problem)
-    q1, p1 = (
-        np.where((periodic != 0.0).any(axis=0), exact_numbers(samples) - mean, mean - mean)
-        for periodic, samples, mean in ((loop.q1, problem.q_w, q0), (loop.p1, problem.p_w, p0))
-    )
-    return np.asarray(law.against(q1, p1).max(axis=0))
 
 
 def _whole(rows: Exact) -> ExactRows:

@@ -3,23 +3,27 @@
 Less sharp than the simplex; it is here to be compared with.
 """
 
+import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from math import inf, nan
 
+import clarabel
 import numpy as np
+from scipy import sparse
 
 from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
 from shakedown.bounds.discs.scaled_solution import scaled_discs
-from shakedown.ground.constants import FloatArray
-from shakedown.ground.errors import Missing, sought
+from shakedown.ground.constants import CONE, FloatArray
+from shakedown.ground.errors import Missing, SolverError, UsageError, sought
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, node_numbers, require_plane
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.programs.conic import ACCURACY, REDUCED, solve_conic
+from shakedown.programs.disc_program import DiscProgram
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -175,3 +179,113 @@ def _extreme(rows: DiscRows, towards: float, solver: str | None) -> ConicBound:
 def _nothing(status: Status, n: int, solver: str) -> ConicBound:
     value = inf if status == Status.UNBOUNDED else nan
     return ConicBound(status, value, -1, np.full(n, nan), solver)
+
+
+_ENDS = {  # the meaning of Clarabel's statuses; others are no answer
+    "Solved": Status.OPTIMAL,
+    "PrimalInfeasible": Status.INFEASIBLE,
+    "DualInfeasible": Status.UNBOUNDED,
+}
+
+
+ACCURACY = 1e-11  # asked for: the highest, for data already scaled to numbers near 1
+REDUCED = 1e-8  # accuracy that a result must reach where more is not possible
+Found = tuple[Status, FloatArray, bool]  # status, the solution, whether it is of reduced accuracy
+
+
+def solve_conic(program: DiscProgram, solver: str | None = None) -> Found:
+    """The solution (y, w) of a program of discs and rows by Clarabel, or by a solver of cvxpy.
+
+    In z = G y for every node and row once: every disc has three numbers of z then, and with N orthonormal
+    Nᵀ z = 0 keeps the accuracy that y of a stiff joint would lose. Without discs z is y.
+
+    Raises
+    ------
+    SolverError
+        If it ends without an answer.
+    UsageError
+        If a solver is named and cvxpy is not installed.
+
+    Examples
+    --------
+    >>> program = DiscProgram(
+    ...     blocks=np.array([[[0.0], [1.0], [0.0]]]), node=np.array([0]),
+    ...     extra=np.array([[[0.0], [0.0], [1.0]]]), right=np.array([[1.0, 1.0, 0.0]]),
+    ...     rows=np.array([[1.0], [-1.0]]), rows_extra=np.zeros((2, 1)), rows_right=np.array([0.2, 0.2]),
+    ...     cost=np.array([-1.0]),
+    ... )
+    >>> status, x, _ = solve_conic(program)
+    >>> str(status), x.round(6)
+    ('optimal', array([0.2, 0.6]))
+    """
+    r, less, limits = program.rank, len(program.rows), len(program.limits)
+    by = _by_clarabel if solver is None else partial(_by_cvxpy, solver)
+    if not len(program.node):
+        rows = sparse.csc_matrix(np.hstack([program.rows, program.rows_extra]))
+        return by(rows, program.rows_right, program.costs, 0, less)
+    G = np.vstack([program.blocks.reshape(CONE * len(program.blocks), r), program.rows])
+    basis, triangle = np.linalg.qr(G, mode="complete")
+    of_rows = len(G) - less + np.arange(less)
+    places = np.append(of_rows, CONE * program.node[:, None] + np.arange(CONE))
+    chosen = sparse.csr_matrix((np.ones(limits), (np.arange(limits), places)), shape=(limits, len(G)))
+    loads = sparse.csr_matrix(np.vstack([program.rows_extra, program.loads]))
+    matrix = sparse.bmat([[sparse.csr_matrix(basis[:, r:].T), None], [chosen, loads]], format="csc")
+    right = np.concatenate([np.zeros(len(G) - r), program.rows_right, program.right.ravel()])
+    status, z, reduced = by(matrix, right, np.append(np.zeros(len(G)), program.cost), len(G) - r, less)
+    y = np.linalg.solve(triangle[:r], basis[:, :r].T @ z[: len(G)])
+    return status, np.append(y, z[len(G) :]), reduced
+
+
+def _by_clarabel(
+    matrix: sparse.csc_matrix, right: FloatArray, cost: FloatArray, equal: int, less: int
+) -> Found:
+    """Minimise costᵀ x: right − M x is 0 in the first rows, ≥ 0 in the next, in discs in the last."""
+    settings = clarabel.DefaultSettings()
+    settings.verbose = settings.presolve_enable = False
+    settings.max_threads = 1
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = ACCURACY
+    settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = REDUCED
+    cones = [clarabel.ZeroConeT(equal)] * bool(equal)
+    cones += [clarabel.NonnegativeConeT(less)] * bool(less)
+    cones += [clarabel.SecondOrderConeT(CONE)] * ((len(right) - equal - less) // CONE)
+    no_square = sparse.csc_matrix((len(cost), len(cost)))
+    end = clarabel.DefaultSolver(no_square, cost, matrix, right, cones, settings).solve()
+    word = str(end.status)
+    status = _ENDS.get(word.removeprefix("Almost"))
+    if status is None:
+        raise SolverError(f"the cone program of shape {matrix.shape} ended as '{word}'")
+    return status, np.array(end.x), word.startswith("Almost")
+
+
+def _by_cvxpy(
+    solver: str, matrix: sparse.csc_matrix, right: FloatArray, cost: FloatArray, equal: int, less: int
+) -> Found:
+    try:
+        import cvxpy as cp  # slow to import and needed only here
+    except ImportError:
+        raise UsageError(
+            f"solver: {solver!r} needs cvxpy, found none: pip install 'shakedown-bounds[solvers]'"
+        ) from None
+
+    x = cp.Variable(len(cost))
+    slack, first = right - matrix @ x, equal + less
+    limits = [slack[equal:first] >= 0]
+    if equal:
+        limits.append(slack[:equal] == 0)
+    if first < len(right):
+        limits.append(
+            cp.SOC(slack[first::CONE], cp.vstack([slack[first + 1 :: CONE], slack[first + 2 :: CONE]]))
+        )
+    program = cp.Problem(cp.Minimize(cost @ x), limits)
+    keys = ("tol_gap_abs", "tol_gap_rel", "tol_feas") if solver == "CLARABEL" else ()
+    with warnings.catch_warnings():  # an inaccurate answer is a status here, not a warning
+        warnings.simplefilter("ignore", UserWarning)
+        try:
+            program.solve(solver=solver, **dict.fromkeys(keys, ACCURACY))
+        except cp.SolverError as error:
+            raise SolverError(f"{solver}: {error}") from None
+    if program.status not in list(Status):
+        raise SolverError(f"the cone program of shape {matrix.shape} ended as '{program.status}'")
+    status = Status(program.status)
+    known = np.array(x.value, dtype=float) if status == Status.OPTIMAL else np.full(x.size, np.nan)
+    return status, known, False

@@ -1,6 +1,5 @@
 """The largest load factor with a safe slip: its status, and what proves it."""
 
-import logging
 from dataclasses import dataclass, replace
 from math import inf, nan
 
@@ -22,7 +21,7 @@ from shakedown.bounds.discs.scaled_solution import (
     scaled_discs,
     solve_scaled,
 )
-from shakedown.ground.constants import CONE, LARGE, NEGLIGIBLE, FloatArray
+from shakedown.ground.constants import CONE, NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import Missing, SolverError, sought
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
@@ -84,7 +83,6 @@ def largest_load_factor(
         If there is no end, or one that is not proved and misses its own conditions.
     """
     if (balanced, tolerances) not in rows.solved:  # usually just solved, by the search of the zone
-        announce(rows)
         limit = _of_half_spaces if rows.in_plane else _of_discs
         rows.solved[balanced, tolerances] = limit(rows, balanced, tolerances)
     found: Largest = rows.solved[balanced, tolerances]
@@ -116,17 +114,6 @@ def _missed(rows: DiscRows, found: Largest) -> float:
     gap = abs(np.vdot(y, rows.c) + z @ H.g - at) + np.abs(balance) @ np.abs(x)
     terms = np.vdot(np.abs(y), np.abs(rows.c)) + np.abs(z) @ np.abs(H.g)
     return max(found.residual, broken, float(gap / (terms if terms > 0 else 1.0)))
-
-
-def announce(rows: DiscRows) -> None:
-    """Say beforehand what a large program takes."""
-    n = len(rows.stiffness)
-    if n >= LARGE:
-        # measured on one core with 20 load steps
-        minutes, gigabytes = np.ceil(1.3e-8 * n**3 / 60.0), 1100.0 * n**2 / 2.0**30
-        logging.getLogger("shakedown").warning(
-            "upper bound of %d nodes: about %.0f min and %.1f GiB", n, minutes, gigabytes
-        )
 
 
 def relieving(rows: DiscRows) -> bool:

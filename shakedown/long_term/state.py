@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball, holding_ball
+from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.bounds.registry import BOUNDS, takes_long
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import allowed
@@ -419,16 +419,11 @@ def energy_proof(state: LongTermState) -> EnergyProof:
     rest outside has never been inside, and one that comes to rest inside is there
     after finitely many cycles: the ball that holds the state at rest best is found, and
     the states that the motion really passes through are looked at until one is inside.
-    Where none is, the slip that is still to come is bounded, if it can be. In space any ball that holds the
-    state comes first: it is found sooner.
+    Where none is, the slip that is still to come is bounded, if it can be.
     """
-    for best in (False, True) if state.problem.directions > 1 else (True,):
-        ball = _ball(state, best=best)
-        if ball is None:
-            break
-        cycles = comes_into(ball, state)
-        if cycles is not None:
-            return replace(_proof_of(ball, state, best=best), cycles=cycles)
+    ball = ball_about(state.begun, state.final_slip, state.open_nodes)
+    if ball is not None and (cycles := comes_into(ball, state)) is not None:
+        return replace(_proof_of(ball, state), cycles=cycles)
     # A ball that holds the start also holds the state at rest, so where none does λ_E is not computed.
     asked = ball is not None or is_known(state.begun)
     if asked and proving_bound(state.begun) is not None:
@@ -476,9 +471,9 @@ def with_margins(state: LongTermState) -> EnergyProof:
     Where that takes long, without shares where such a ball holds it: one program instead of three.
     """
     for split in (False, True) if takes_long(state.problem) else (True,):
-        ball = _ball(state, best=True, split=split)
+        ball = ball_about(state.begun, state.final_slip, state.open_nodes, split=split)
         if ball is not None:
-            return _proof_of(ball, state, best=True)
+            return _proof_of(ball, state)
     return EnergyProof(True)
 
 
@@ -486,12 +481,12 @@ def proof_in(ball: EnergyBall, state: LongTermState) -> EnergyProof | None:
     """The proof by a given ball of the load factor; None where it proves nothing."""
     holds = ball.open_nodes == state.open_nodes and bool(ball.contains(state.final_slip))
     cycles = comes_into(ball, state) if holds else None
-    return None if cycles is None else replace(_proof_of(ball, state, best=True), cycles=cycles)
+    return None if cycles is None else replace(_proof_of(ball, state), cycles=cycles)
 
 
-def _proof_of(ball: EnergyBall, state: LongTermState, *, best: bool) -> EnergyProof:
+def _proof_of(ball: EnergyBall, state: LongTermState) -> EnergyProof:
     slip = state.final_slip
-    return EnergyProof(True, float(ball.margin(slip)), float(ball.single_node_margin(slip)), best, by=ENERGY)
+    return EnergyProof(True, float(ball.margin(slip)), float(ball.single_node_margin(slip)), True, by=ENERGY)
 
 
 def comes_into(ball: EnergyBall, state: LongTermState) -> int | None:
@@ -516,18 +511,10 @@ def _cycles_left(away: float, margin: float, contraction: float) -> float:
 
 
 @on_one_thread
-def ball_about(begun: Passage, slip: FloatArray, open_nodes: tuple[int, ...]) -> EnergyBall | None:
-    """A ball that holds a state with these nodes open; None where there is none, or no such zone."""
-    asked = begun.problem, begun.load_factor, slip, open_nodes, begun.tolerances
-    found = allowed(holding_ball, *asked)
-    return found if isinstance(found, EnergyBall) and found.contains(slip) else None
-
-
-def _ball(state: LongTermState, *, best: bool, split: bool = True) -> EnergyBall | None:
-    """A ball that holds the state at rest, or the best one; None where there is none, or no such zone."""
-    slip, opened = state.final_slip, state.open_nodes
-    if not best:
-        return ball_about(state.begun, slip, opened)
-    more: dict[str, Any] = {"open_nodes": opened, "split": split, "tolerances": state.begun.tolerances}
-    found = allowed(energy_ball, state.problem, state.load_factor, around=slip, transient=False, **more)
+def ball_about(
+    begun: Passage, slip: FloatArray, open_nodes: tuple[int, ...], *, split: bool = True
+) -> EnergyBall | None:
+    """The ball that holds a state best, with these nodes open; None where there is none, or no such zone."""
+    more: dict[str, Any] = {"open_nodes": open_nodes, "split": split, "tolerances": begun.tolerances}
+    found = allowed(energy_ball, begun.problem, begun.load_factor, around=slip, transient=False, **more)
     return found if isinstance(found, EnergyBall) and found.contains(slip) else None

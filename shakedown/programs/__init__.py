@@ -7,9 +7,7 @@ corners of polygons).
 Without round-off, through FLINT: ``exact_program`` (systems of integers, optimality of a basis).
 
 Interior points for dense programs, one product of matrices an iteration: ``disc_program`` (cones, very
-many of three numbers, those of one, and a large one; discs that share coefficients node by node, and
-the normal equations, of many nodes in their reactions), ``self_dual`` (the optimum, or the proof that there
-is none, with the scaling of Nesterov and Todd and the steps of Mehrotra). Their results are only starting
-points: the subpackages above check them, as they check those of any solver. ``conic`` solves the same
-programs by Clarabel or cvxpy.
+many of three numbers, those of one, and a large one; discs, and the normal equations), ``self_dual`` (the
+optimum, or the proof that there is none, with the scaling of Nesterov and Todd and the steps of Mehrotra).
+Their results are only starting points: the subpackages above check them, as they check those of any solver.
 """

@@ -7,13 +7,12 @@ and D. Goldfarb, Math. Program. 95, 2003, 3; Y. E. Nesterov and M. J. Todd, Math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import blas, cho_factor, lapack, qr, solve_triangular
+from scipy.linalg import cho_factor, lapack, qr, solve_triangular
 
-from shakedown.ground.constants import CONE, MANY_ROWS, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import CONE, FloatArray
 
 
 @dataclass(frozen=True)
@@ -215,88 +214,6 @@ Places = NDArray[np.intp]
 Solve = Callable[[FloatArray], FloatArray]
 
 
-class Unknowns(NamedTuple):
-    """Unknowns z = S y of the normal equations: y itself, or the last two numbers of most nodes.
-
-    In y the normal equations are a product of 3n rows, in these numbers of n: they themselves add one
-    2 × 2 block per node.
-
-    Attributes
-    ----------
-    to_y : (r, r)
-        S⁻¹.
-    gram : (r, r)
-        S⁻ᵀ S⁻¹: |y|² is zᵀ (S⁻ᵀ S⁻¹) z.
-    kept : (r,)
-        Which of the last two numbers of all nodes are unknowns; of y none.
-    tied, others, columns : (t,), (o,), (t, 2)
-        The nodes of which the last two numbers are unknowns, all others, and which unknowns.
-    dense : (t + 3 o, r)
-        Coefficients of z in the first number of tied nodes and in all of the others.
-    """
-
-    to_y: FloatArray
-    gram: FloatArray
-    kept: Places
-    tied: Places
-    others: Places
-    columns: Places
-    dense: FloatArray
-
-    def scaled(self, scale: FloatArray) -> "Unknowns":
-        """The same for blocks whose rows are multiples, (n, 3), of the rows of these."""
-        of_z = 1.0 / scale[:, 1:].ravel()[self.kept]
-        rows = np.append(scale[self.tied, 0], scale[self.others].ravel())
-        return self._replace(
-            to_y=self.to_y * of_z,
-            gram=self.gram * of_z * of_z[:, None],
-            dense=self.dense * of_z * rows[:, None],
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class SharedBlocks:
-    """Coefficients (n, 3, r) of y in the three numbers of every node, for programs with multiples of them."""
-
-    blocks: FloatArray
-
-    @cached_property
-    def in_y(self) -> Unknowns:
-        """y itself as unknowns."""
-        n, _, r = self.blocks.shape
-        none, same = np.zeros(0, dtype=np.intp), np.eye(r)
-        flat = self.blocks.reshape(CONE * n, r)
-        return Unknowns(same, same, none, none, np.arange(n), none.reshape(0, 2), flat)
-
-    @cached_property
-    def reactions(self) -> Unknowns | None:
-        """Reactions as unknowns, worked out once; None where they do not determine y."""
-        n, _, r = self.blocks.shape
-        reactions = self.blocks[:, 1:].reshape(2 * n, r)
-        if 2 * n < r:
-            return None
-        kept = _independent_rows(reactions)
-        try:
-            to_y = np.asarray(np.linalg.inv(reactions[kept]), dtype=float)
-        except np.linalg.LinAlgError:
-            return None
-        column = np.full(2 * n, -1)
-        column[kept] = np.arange(r)
-        of_nodes = column.reshape(n, 2)
-        is_tied = (of_nodes >= 0).all(axis=1)
-        tied, others = np.flatnonzero(is_tied), np.flatnonzero(~is_tied)
-        rows = np.vstack([self.blocks[tied, 0], self.blocks[others].reshape(-1, r)])
-        return Unknowns(to_y, to_y.T @ to_y, kept, tied, others, of_nodes[tied], rows @ to_y)
-
-
-def _independent_rows(rows: FloatArray) -> Places:
-    """As many linearly independent rows as there are columns: the pivots of Gaussian elimination."""
-    order = np.arange(len(rows))
-    for k, pivot in enumerate(lapack.dgetrf(rows)[1]):
-        order[[k, pivot]] = order[[pivot, k]]
-    return np.sort(order[: rows.shape[1]])
-
-
 @dataclass(frozen=True, eq=False)
 class DiscProgram:
     """Minimise costᵀ w over (y, w) subject to discs, rows and a bound of the length of y.
@@ -324,10 +241,6 @@ class DiscProgram:
         What bounds the length of y; None where nothing does.
     offset
         What is added to that length.
-    shared, scale : …, (n, 3), optional
-        Blocks of which these are multiples, row by row, where several programs share them.
-    reactions_from
-        Number of entries of y from which on reactions are the unknowns of the normal equations.
     """
 
     blocks: FloatArray
@@ -340,9 +253,6 @@ class DiscProgram:
     cost: FloatArray
     norm: FloatArray | None = None
     offset: float = 0.0
-    shared: SharedBlocks | None = None
-    scale: FloatArray | None = None
-    reactions_from: float = MANY_ROWS
 
     @property
     def rank(self) -> int:
@@ -424,39 +334,32 @@ class DiscProgram:
         bends = across * np.sqrt(np.maximum(weights, 0.0) / length)[:, None]
         return length - u[:, 0], slopes, bends
 
-    @cached_property
-    def unknowns(self) -> Unknowns:
-        """Those of the normal equations: reactions, where that is faster and they are not ill-conditioned."""
-        shared = self.shared or SharedBlocks(self.blocks)
-        if self.rank >= self.reactions_from and (found := shared.reactions) is not None:
-            found = found if self.scale is None else found.scaled(self.scale)
-            rows = self.blocks[:, 1:].reshape(-1, self.rank)[found.kept]
-            # reactions of a larger condition number are not used as unknowns
-            if np.linalg.norm(found.to_y, 1) * np.linalg.norm(rows, 1) < 1 / SIX_DIGITS:
-                return found
-        return SharedBlocks(self.blocks).in_y
-
-    @property
-    def in_reactions(self) -> bool:
-        """Whether the normal equations are in the reactions of nodes."""
-        return bool(len(self.unknowns.kept))
-
-    @cached_property
-    def _dense(self) -> FloatArray:
-        """Coefficients of the unknowns: in tied nodes, in all of the others, in the rows."""
-        return np.vstack([self.unknowns.dense, self.rows @ self.unknowns.to_y])
-
     def normal_equations(self, scaling: Scaling) -> Solve:
-        """The solution of Mᵀ W⁻² M x = right, M all of the coefficients; raises ``LinAlgError``."""
-        solve, r, to_y = _by_cholesky(self._normal_matrix(scaling)), self.rank, self.unknowns.to_y
-        if not self.in_reactions:
-            return solve
+        """The solution of Mᵀ W⁻² M x = right, M all of the coefficients; raises ``LinAlgError``.
 
-        def solved(right: FloatArray) -> FloatArray:
-            found = solve(np.append(right[:r] @ to_y, right[r:]))
-            return np.append(to_y @ found[:r], found[r:])
-
-        return solved
+        From one 3 × 3 block per node; on the cone of the length of y W⁻² = (2 w wᵀ + I − 2 e₀ e₀ᵀ) / factor².
+        """
+        r, p, squares = self.rank, len(self.cost), scaling.inverse_squares()
+        rows = self.rows_extra / scaling.of_numbers**2
+        of_nodes = self.sums(squares.reshape(len(squares), CONE**2)).reshape(-1, CONE, CONE)
+        values, vectors = np.linalg.eigh(of_nodes)  # round-off may make one negative
+        roots = np.sqrt(np.maximum(values, 0.0))[:, :, None] * np.swapaxes(vectors, 1, 2)
+        stacked = np.vstack(
+            [(roots @ self.blocks).reshape(CONE * len(roots), r), self.rows / scaling.of_numbers]
+        )
+        pulled = squares @ self.extra
+        of_loads = self.sums(pulled.reshape(len(pulled), CONE * p)).reshape(-1, p)
+        normal = np.zeros((r + p, r + p))
+        normal[:r, :r] = stacked.T @ stacked
+        normal[r:, :r] = of_loads.T @ self._flat + rows.T @ self.rows
+        normal[r:, r:] = np.tensordot(self.extra, pulled, axes=((0, 1), (0, 1))) + rows.T @ self.rows_extra
+        if self.norm is not None:
+            axis, factor = scaling.of_large
+            w = axis / factor
+            normal[:r, :r] += np.outer(2.0 * w[1:], w[1:]) + np.eye(r) / factor**2
+            normal[r:, :r] -= np.outer(2.0 * w[0] * self.norm, w[1:])
+            normal[r:, r:] += (2.0 * w[0] ** 2 - 1.0 / factor**2) * np.outer(self.norm, self.norm)
+        return _by_cholesky(normal)
 
     def orthogonal_factor(self, scaling: Scaling) -> Solve:
         """The same equations solved by a triangular factor of W⁻¹ M, where no squaring hides small rows."""
@@ -468,50 +371,6 @@ class DiscProgram:
             bound[0, self.rank :], bound[1:, : self.rank] = self.norm, np.eye(self.rank)
             parts.append(scaling.inverse_of_large() @ bound)
         return _by_orthogonal_factor(np.vstack(parts))
-
-    def _normal_matrix(self, scaling: Scaling) -> FloatArray:
-        """Mᵀ W⁻² M in the unknowns and w, in the lower triangle, from one 3 × 3 block per node.
-
-        On the cone of the length of y W⁻² = (2 w wᵀ + I − 2 e₀ e₀ᵀ) / factor².
-        """
-        known, dense, r, p = self.unknowns, self._dense, self.rank, len(self.cost)
-        t, end, squares = len(known.tied), len(known.dense), scaling.inverse_squares()
-        of_nodes = self.sums(squares.reshape(len(squares), CONE**2)).reshape(-1, CONE, CONE)
-        values, vectors = np.linalg.eigh(of_nodes)  # round-off may make one negative
-        roots = np.sqrt(np.maximum(values, 0.0))[:, :, None] * np.swapaxes(vectors, 1, 2)
-        halves = np.asarray(np.linalg.qr(roots, mode="r"))  # one row holds the first number
-        stacked = np.zeros((len(dense) + (self.norm is not None), r + p))
-        np.multiply(dense[:t], halves[known.tied, :1, 0], out=stacked[:t, :r])
-        stacked[np.arange(t)[:, None], known.columns] += halves[known.tied, 0, 1:]
-        others = dense[t:end].reshape(len(known.others), CONE, r)
-        stacked[t:end, :r] = (halves[known.others] @ others).reshape(end - t, r)
-        np.divide(dense[end:], scaling.of_numbers, out=stacked[end : len(dense), :r])
-        normal = np.zeros((r + p, r + p), order="F")
-        if self.norm is not None:
-            axis, factor = scaling.of_large
-            stacked[-1, :r] = (np.sqrt(2.0) / factor * axis[1:]) @ known.to_y
-            np.multiply(known.gram.T, 1.0 / factor**2, out=normal[:r, :r])
-        normal = np.asarray(blas.dsyrk(1.0, stacked.T, 1.0, normal, lower=1, overwrite_c=1))
-        own, at = halves[known.tied, 1:, 1:], known.columns
-        normal[at[:, :, None], at[:, None, :]] += np.swapaxes(own, 1, 2) @ own
-        self._add_loads(normal, squares, scaling)
-        return normal
-
-    def _add_loads(self, normal: FloatArray, squares: FloatArray, scaling: Scaling) -> None:
-        """What w has in discs, rows and the bound of the length of y."""
-        known, r, p = self.unknowns, self.rank, len(self.cost)
-        pulled = squares @ self.extra
-        of_loads = self.sums(pulled.reshape(len(pulled), CONE * p)).reshape(-1, CONE, p)
-        rows = self.rows_extra / scaling.of_numbers**2
-        parts = [of_loads[known.tied, 0], of_loads[known.others].reshape(-1, p), rows]
-        normal[r:, :r] = np.vstack(parts).T @ self._dense
-        normal[r:, known.columns] += np.moveaxis(of_loads[known.tied, 1:], 2, 0)
-        normal[r:, r:] = np.tensordot(self.extra, pulled, axes=((0, 1), (0, 1))) + rows.T @ self.rows_extra
-        if self.norm is not None:
-            axis, factor = scaling.of_large
-            w = axis / factor
-            normal[r:, :r] -= np.outer(2.0 * w[0] * self.norm, w[1:] @ known.to_y)
-            normal[r:, r:] += (2.0 * w[0] ** 2 - 1.0 / factor**2) * np.outer(self.norm, self.norm)
 
 
 def _by_cholesky(normal: FloatArray) -> Solve:

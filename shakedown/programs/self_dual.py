@@ -1,7 +1,7 @@
 """A program over many small cones by interior points on the self-dual embedding, which proves its ends."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from shakedown.ground.constants import (
     FOUR_DIGITS,
     ITERATIONS,
+    MANY_ROWS,
     NEGLIGIBLE,
     NEWTON_ROUNDS,
     PER_CENT,
@@ -113,7 +114,11 @@ def _followed(rows: DiscProgram, usable: float, shared: Points, enough: Enough) 
     seen = _seen(rows, point)
     best, idle = _judged(rows, point, seen), 0
     for _ in range(ITERATIONS):
-        if best.accuracy <= REACHED or idle > _patience(best.accuracy):
+        # near enough to stop after two iterations without progress
+        patience = (
+            1 if best.accuracy <= NEGLIGIBLE else PATIENCE - 1 if best.accuracy <= USABLE else 3 * PATIENCE
+        )
+        if best.accuracy <= REACHED or idle > patience:
             break
         scaling = rows.cones.scaling(point.s, point.y)
         if not np.all(np.isfinite(scaling.point)):
@@ -135,14 +140,6 @@ def _followed(rows: DiscProgram, usable: float, shared: Points, enough: Enough) 
     least = usable if best.status == Status.OPTIMAL else USABLE
     status = best.status if best.accuracy <= least else Status.UNDECIDED
     return SelfDualSolution(status, best.x, best.slack, best.multipliers, best.accuracy, tuple(path))
-
-
-def _patience(accuracy: float) -> int:
-    """The number of iterations that may pass without progress."""
-    # near enough to stop after two iterations without progress
-    if accuracy <= NEGLIGIBLE:
-        return 1
-    return PATIENCE - 1 if accuracy <= USABLE else 3 * PATIENCE
 
 
 def inner_point(rows: DiscProgram, end: SelfDualSolution, gap: float = FOUR_DIGITS) -> Point | None:
@@ -294,7 +291,7 @@ def _newton_equations(rows: DiscProgram, scaling: Scaling) -> Newton:
         nonlocal solve, sharp
         dx, dy, left = _refined(rows, scaling, solve, first, second)
         enough = max(PER_CENT * float(np.linalg.norm(first)), ROUND_OFF * float(np.linalg.norm(dy)))
-        if sharp or rows.in_reactions or left <= enough:  # of many nodes a factor costs ten steps
+        if sharp or rows.rank >= MANY_ROWS or left <= enough:  # of many nodes a factor costs ten steps
             return dx, dy
         solve, sharp = rows.orthogonal_factor(scaling), True
         return _refined(rows, scaling, solve, first, second)[:2]
@@ -359,8 +356,6 @@ def solve_discs(
     ('optimal', array([0.2, 0.6]))
     """
     end = solve_self_dual(program, usable, begun, enough)
-    if end.status == Status.UNDECIDED and program.in_reactions:
-        end = solve_self_dual(replace(program, reactions_from=np.inf), usable, enough=enough)
     if end.status == Status.UNDECIDED:
         raise SolverError(
             f"the program of {len(program.node)} discs ended without an answer, {end.accuracy:.1e} from one"

@@ -5,7 +5,7 @@ In the plane the conditions of the theorem are checked on the problem as it is s
 
 from dataclasses import dataclass, field, replace
 from math import inf, nan
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,65 +18,63 @@ from shakedown.bounds.accumulated.arc_search import (
     START,
     TOGETHER,
     ArcLimits,
-    Arcs,
     ArcSearch,
-    Flags,
-    FoundArcs,
-    Lids,
     NoLids,
-    Numbers,
-    farthest,
-    search_about,
+    SlipArcs,
+    all_cells,
+    origins,
 )
 from shakedown.bounds.bound_result import Bound, Evidence
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO, Exact, exact_numbers
-from shakedown.ground.constants import FOUR_DIGITS, ROUND_OFF, SEVEN_DIGITS, FloatArray
+from shakedown.ground.constants import FOUR_DIGITS, HALVINGS, ROUND_OFF, SEVEN_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import Status
 from shakedown.joint.arguments import check_load_factor, checked, checked_initial_slip, real_array
 from shakedown.joint.constraints import loading, transient_path
+from shakedown.joint.fields import LARGEST
 from shakedown.joint.law import Law
 from shakedown.joint.problem import Problem
-from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import rigid_slips, with_free_rigid_slips
 
 
-class Start(NamedTuple):
-    """Where a motion begins: v₀ (dn,), and how far every node may be from there (n,) [length]."""
+def confirmed(
+    problem: Problem, start: FloatArray, start_error: FloatArray, load_factor: float, arcs: SlipArcs
+) -> bool:
+    """Whether the theorem holds from a start at all load factors up to one, with these bounds of slips.
 
-    slip: FloatArray
-    error: FloatArray
-
-
-def confirmed(problem: Problem, start: Start, load_factor: float, arcs: Arcs, lids: Lids) -> bool:
-    """Whether the theorem holds from a start at all load factors up to one, with these arcs and lids.
-
-    In the plane only. Of the arcs all is checked, of the lids a and N.
+    In the plane only. Of the arcs all is checked, of the bounds a and N.
     """
-    sign = arcs.first[:, 0]
-    A, B, e = exact_numbers(problem.A), exact_numbers(problem.B), exact_numbers(np.array([1.0, -1.0]))
-    v, error, law = exact_numbers(start.slip), exact_numbers(start.error), Law(exact_numbers(problem.f))
+    A, B, f, e = (exact_numbers(each) for each in (problem.A, problem.B, problem.f, np.array([1.0, -1.0])))
+    a, N, total, x = (exact_numbers(each) for each in (arcs.lid, arcs.hindered, arcs.total, arcs.inverse))
+    x, v, error, law = x.sum(axis=1), exact_numbers(start), exact_numbers(start_error), Law(f)
     q, p = problem.layout.split(_loads(problem, load_factor))
+    # the load rises to the first one under these pressures
     first = p[: 1 if len(transient_path(problem)) else 2] + B @ v - np.abs(B) @ error
-    if not (_slips_end(lids) and np.all(first > 0)):  # the load rises to the first one under these pressures
+    ends = np.all(x > 0) and np.all(x - N @ x > 0) and np.all(total >= a + N @ total)  # ρ(N) < 1
+    if not (ends and np.all(first > 0) and np.all(a >= 0) and np.all(N >= 0) and not np.diagonal(N).any()):
         return False
     fB = law.limit_rows(B)
     rows = fB + e[:, None, None] * A  # of the limits f p + e q in both directions e, (2, n, n)
-    limit, shear = law.limit(p), e[:, None, None] * q
-    terms = np.max(np.abs(limit) + np.abs(q), axis=0) + (np.abs(fB) + np.abs(A)) @ np.abs(v)
-    slack = (
-        (limit + shear).min(axis=1)
-        + rows @ v
-        - np.abs(rows) @ error
-        - exact_numbers(np.array(MARGIN)) * terms
-    )
-    slopes = rows[:, :, arcs.node] * exact_numbers(sign)
-    arc = np.full((2, problem.n), -1)
-    arc[(sign < 0).astype(int), arcs.node] = np.arange(len(arcs))
-    inside, sizes = arc >= 0, (np.abs(fB) + np.abs(A))[None, :, arcs.node].repeat(2, axis=0)
-    below = _below_lids(lids, slack[inside], slopes[inside], arc[inside])
-    return bool(below.all() and _away(lids, slack[~inside], slopes[~inside], sizes[~inside]).all())
+    limit, shear, sizes = law.limit(p), e[:, None, None] * q, np.abs(fB) + np.abs(A)
+    terms = np.max(np.abs(limit) + np.abs(q), axis=0) + sizes @ np.abs(v)
+    slack = (limit + shear).min(axis=1) + rows @ v - np.abs(rows) @ error
+    slack -= exact_numbers(np.array(MARGIN)) * terms
+    sign = arcs.first[:, 0]
+    slopes, arc = rows[:, :, arcs.node] * exact_numbers(sign), np.full((2, problem.n), -1)
+    arc[(sign < 0).astype(int), arcs.node] = np.arange(len(sign))
+    inside, mine, points = arc >= 0, arc[arc >= 0], np.arange(len(sign))
+    # in directions of arcs nodes stay below their lids
+    own = slopes[inside][points, mine]
+    hindered = own[:, None] * N[mine] + slopes[inside] >= 0
+    hindered[points, mine] = True
+    if not (np.all(own > 0) and np.all(slack[inside] + own * a[mine] > 0) and hindered.all()):
+        return False
+    # outside all arcs they stay clear of their limits
+    y = arcs.multipliers(slack[~inside].astype(float), slopes[~inside].astype(float))
+    most = (y + sizes[None, :, arcs.node].repeat(2, axis=0)[~inside].astype(float)).max(axis=1, initial=0.0)
+    Y = exact_numbers(y + 4.0 * ROUND_OFF * most[:, None] * arcs.inverse.sum(axis=0))
+    return bool(np.all(Y - Y @ N + slopes[~inside] >= 0) and np.all(slack[~inside] - Y @ a > 0))
 
 
 def _loads(problem: Problem, load_factor: float) -> Exact:
@@ -85,32 +83,6 @@ def _loads(problem: Problem, load_factor: float) -> Exact:
     mean, periodic = exact_numbers(joined(loop.q0, loop.p0)), exact_numbers(joined(loop.q1, loop.p1))
     reached = mean + exact_numbers(np.array(load_factor)) * periodic
     return np.concatenate([exact_numbers(transient_path(problem)), mean[None], reached])
-
-
-def _slips_end(lids: Lids) -> bool:
-    """a, N ≥ 0, ρ(N) < 1 and S ≥ a + N S."""
-    a, N = exact_numbers(lids.a), exact_numbers(lids.N)
-    x, total = exact_numbers(lids.inverse.sum(axis=1)), exact_numbers(lids.total)
-    signs = np.all(lids.a >= 0.0) and np.all(lids.N >= 0.0) and not np.diagonal(lids.N).any()
-    return bool(signs and np.all(x > 0) and np.all(x - N @ x > 0) and np.all(total >= a + N @ total))
-
-
-def _below_lids(lids: Lids, slack: Exact, slopes: Exact, arc: Numbers) -> Flags:
-    """In which directions of arcs nodes stay below their lids."""
-    a, N, points = exact_numbers(lids.a), exact_numbers(lids.N), np.arange(len(arc))
-    own = slopes[points, arc]
-    hindered = own[:, None] * N[arc] + slopes >= 0
-    hindered[points, arc] = True
-    return np.asarray((own > 0) & (slack + own * a[arc] > 0) & hindered.all(axis=1))
-
-
-def _away(lids: Lids, slack: Exact, slopes: Exact, sizes: Exact) -> Flags:
-    """In which directions outside all arcs nodes stay clear of their limits."""
-    y = lids.multipliers(slack.astype(float), slopes.astype(float))
-    most = (y + sizes.astype(float)).max(axis=1, initial=0.0)
-    Y = exact_numbers(y + 4.0 * ROUND_OFF * most[:, None] * lids.inverse.sum(axis=0))
-    proved = Y - Y @ exact_numbers(lids.N) + slopes >= 0
-    return np.asarray(proved.all(axis=1) & (slack - Y @ exact_numbers(lids.a) > 0))
 
 
 ACCURACY = {1: SEVEN_DIGITS, 2: FOUR_DIGITS}  # relative, of the load factor, by the number of directions
@@ -124,32 +96,6 @@ REASONS = {
     ALL_AROUND: "a node may slip in every direction",
     "round-off": "round-off decides whether the conditions hold",
 }
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class SlipArcs(Result):
-    """Bounds on the slip of nodes by direction: the evidence of :func:`accumulated_bound`.
-
-    Attributes
-    ----------
-    node : (K,)
-        The node that may slip.
-    first, last : (K, d)
-        Unit vectors: the arc of directions in which it may; in the plane both are ±1.
-    lid : (K,)
-        a, how far with all others at rest [length].
-    hindered : (K, K)
-        N, how much farther by slip of the others [–].
-    total : (K,)
-        S ≥ a + N S, how far in all [length].
-    """
-
-    node: Numbers
-    first: FloatArray
-    last: FloatArray
-    lid: FloatArray
-    hindered: FloatArray
-    total: FloatArray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -252,18 +198,15 @@ def accumulated_bound(
     >>> round(bound.load_factor, 6), bound.limited_by, bound.total_slip.round(3)
     (1.8, 'coupling', array([1.01 , 0.48 , 0.606]))
     """
-    start = _checked_start(problem, initial_slip, start_error)
-    found, why = None, None
+    start, error = _checked_start(problem, initial_slip, start_error)
+    load_factor, arcs, why = 0.0, None, None
     for parts in PARTS[problem.directions]:
-        if found is None or found.load_factor < inf:
+        if load_factor < inf:
             try:
-                found, why = _farthest(_search(problem, start, parts), found)
+                load_factor, arcs, why = _farthest(_search(problem, start, error, parts), load_factor)
             except NoLids as reason:  # narrower sectors may still prove something
                 why = why or reason
-    if found is None:
-        assert why is not None
-        return _nothing(start, why)
-    return _confirmed(problem, start, found, why)
+    return _confirmed(problem, start, error, load_factor, arcs, why)
 
 
 @checked
@@ -295,56 +238,83 @@ def total_slip_bound(
     array([0.   , 1.251])
     """
     check_load_factor(load_factor, problem)
-    start = _checked_start(problem, initial_slip, start_error)
+    start, error = _checked_start(problem, initial_slip, start_error)
     try:
-        found = _search(problem, start, PARTS[problem.directions][-1]).closed(load_factor)
+        _, arcs = _search(problem, start, error, PARTS[problem.directions][-1]).closed(load_factor)
     except NoLids as reason:
-        return _nothing(start, reason)
-    return _confirmed(problem, start, found, None)
+        return _nothing(start, error, reason)
+    return _confirmed(problem, start, error, load_factor, arcs, None)
 
 
-def _checked_start(problem: Problem, initial_slip: ArrayLike | None, start_error: ArrayLike) -> Start:
+def _checked_start(
+    problem: Problem, initial_slip: ArrayLike | None, start_error: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
     slip, error = checked_initial_slip(problem, initial_slip), real_array("start error", start_error)
     if error.shape not in ((), (problem.n,)) or not np.all(error >= 0.0):
         expected = f"one number >= 0 or {problem.n} of them"
         raise UsageError(f"start error: expected {expected}, found {short(start_error)}")
     error = np.broadcast_to(error, problem.n).copy()
     checked_initial_slip(problem, error.repeat(problem.directions), "start error")
-    return Start(slip, error)
+    return slip, error
 
 
-def _search(problem: Problem, start: Start, parts: int) -> ArcSearch:
+def _search(problem: Problem, start: FloatArray, start_error: FloatArray, parts: int) -> ArcSearch:
+    """A search with no cell chosen yet; cells may be divided into a number of parts."""
     if problem.law.smooth.size:
         raise NoLids("frictionless", int(problem.law.smooth[0]))
-    return search_about(ArcLimits(with_free_rigid_slips(problem), *start), parts)
+    limits = ArcLimits(with_free_rigid_slips(problem), start, start_error)
+    cells = all_cells(origins(limits.problem), problem.directions, parts)
+    return ArcSearch(limits, cells, limits.slacks(cells.node, cells.corners))
 
 
-def _farthest(search: ArcSearch, known: FoundArcs | None) -> tuple[FoundArcs, NoLids | None]:
-    """The largest load factor, starting from one that wider sectors prove."""
-    low = search.closed(0.0 if known is None else known.load_factor)
+def _farthest(search: ArcSearch, proved: float) -> tuple[float, SlipArcs, NoLids | None]:
+    """The largest load factor, from one that is proved, with the arcs there, and why it is no larger.
+
+    Conditions at a load factor cover all smaller ones.
+    """
+    search, arcs = search.closed(proved)
     accuracy, elastic = ACCURACY[search.cells.d], search.slacks.elastic
     if elastic == inf:
-        return replace(low, load_factor=inf), None
+        return inf, arcs, None
     # first step above what is proved already, in accuracies
-    return farthest(low, max(elastic, (1.0 + 64.0 * accuracy) * low.load_factor), accuracy)
+    low, high, at, why = proved, inf, max(elastic, (1.0 + 64.0 * accuracy) * proved), None
+    for _ in range(2 * HALVINGS):
+        if high - low <= accuracy * high < inf or at > LARGEST:
+            break
+        try:
+            search, arcs = search.closed(at)
+            low, at = at, min(2.0 * at - proved, 0.5 * (at + high))
+        except NoLids as reason:
+            high, why = at, reason
+            at = 0.5 * (low + high)
+    return low, arcs, why
 
 
-def _confirmed(problem: Problem, start: Start, found: FoundArcs, why: NoLids | None) -> Bound:
+def _confirmed(
+    problem: Problem,
+    start: FloatArray,
+    start_error: FloatArray,
+    found: float,
+    arcs: SlipArcs | None,
+    why: NoLids | None,
+) -> Bound:
     """The confirmed bound, at a load factor reduced as little as possible."""
+    if arcs is None:
+        assert why is not None
+        return _nothing(start, start_error, why)
     joint, doubt = with_free_rigid_slips(problem), rigid_slips(problem).doubt
     exact = problem.directions == 1 and problem.n <= LOWER_CERTIFIED_UP_TO and not doubt
-    arcs, lids, total = found.arcs, found.lids, found.lids.total
     for back in BACK if why is not None else BACK[:1]:
-        load_factor = (1.0 - back) * found.load_factor
+        load_factor = (1.0 - back) * found
         at = min(load_factor, 1.0)  # where conditions hold at every load factor
-        if not exact or confirmed(joint, start, at, arcs, lids):
+        if not exact or confirmed(joint, start, start_error, at, arcs):
             evidence = TotalSlip(
-                total_slip=np.bincount(arcs.node, total, minlength=problem.n).astype(float),
+                total_slip=np.bincount(arcs.node, arcs.total, minlength=problem.n).astype(float),
                 limited_by="" if why is None else why.word,
                 node=-1 if why is None else why.node,
-                arcs=SlipArcs(arcs.node, arcs.first, arcs.last, lids.a, lids.N, total),
-                initial_slip=start.slip,
-                start_error=start.error,
+                arcs=arcs,
+                initial_slip=start,
+                start_error=start_error,
             )
             return Bound(
                 kind="accumulated",
@@ -354,15 +324,14 @@ def _confirmed(problem: Problem, start: Start, found: FoundArcs, why: NoLids | N
                 reason="" if load_factor < inf else "no load factor takes any node nearer to slipping",
                 certified=load_factor if exact else None,
             )
-    return replace(_nothing(start, NoLids("round-off", -1)), status=Status.UNDECIDED)
+    return replace(_nothing(start, start_error, NoLids("round-off", -1)), status=Status.UNDECIDED)
 
 
-def _nothing(start: Start, why: NoLids) -> Bound:
-    nowhere = np.full(len(start.error), nan)
+def _nothing(start: FloatArray, start_error: FloatArray, why: NoLids) -> Bound:
     return Bound(
         kind="accumulated",
         status=Status.INFEASIBLE,
         load_factor=nan,
-        evidence=TotalSlip(nowhere, why.word, why.node, None, start.slip, start.error),
+        evidence=TotalSlip(np.full(len(start_error), nan), why.word, why.node, None, start, start_error),
         reason=REASONS[why.word],
     )

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import pairwise
-from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +11,6 @@ from numpy.typing import NDArray
 
 from shakedown.ground.constants import (
     BLOCK,
-    HALVINGS,
     ITERATIONS,
     NEGLIGIBLE,
     ROUND_OFF,
@@ -21,8 +19,8 @@ from shakedown.ground.constants import (
 )
 from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import loading, transient_path
-from shakedown.joint.fields import LARGEST
 from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 
 Numbers = NDArray[np.intp]
 Flags = NDArray[np.bool_]
@@ -31,14 +29,14 @@ SECTORS = 96  # sectors of a circle at the start
 FINER = 15  # parts of a cell that is divided
 
 
-@dataclass(frozen=True, eq=False)
-class Arcs:
+@dataclass(frozen=True, eq=False, repr=False)
+class Arcs(Result):
     """Closed arcs of directions, less than 180° each, of one node each; those of one node do not overlap.
 
     Attributes
     ----------
     node : (K,)
-        The node that slips in these directions.
+        The node that may slip in these directions.
     first, last : (K, d)
         Unit vectors, counter-clockwise from the first to the last; in the plane both are the one direction.
     """
@@ -46,9 +44,6 @@ class Arcs:
     node: Numbers
     first: FloatArray
     last: FloatArray
-
-    def __len__(self) -> int:
-        return len(self.node)
 
     def least(self, y: FloatArray) -> FloatArray:
         """The smallest y · u over the directions u of every arc, of vectors (…, K, d): (…, K)."""
@@ -128,8 +123,7 @@ class Cells:
         ends = np.diff(arc, append=len(runs)) > 0
         corner = np.stack([begins, ends, np.ones(len(arc), dtype=bool)], axis=1)[:, : 1 if self.d == 1 else 3]
         node, (low, high) = self.node[cell[begins]], np.array([run[1:] for run in runs]).reshape(-1, 2).T
-        arcs = Arcs(node, self._directions(node, low), self._directions(node, high))
-        return arcs, arc, cell, corner
+        return Arcs(node, self._directions(node, low), self._directions(node, high)), arc, cell, corner
 
     def _directions(self, node: Numbers, angle: Numbers | FloatArray) -> FloatArray:
         turn = self.origin[node] + 2.0 * np.pi * angle / self.circle
@@ -197,28 +191,28 @@ MARGIN = 10 * ROUND_OFF  # relative to the terms of a sum: larger than the round
 UP = 1.0 + MARGIN
 
 
-@dataclass(frozen=True, eq=False)
-class Lids:
-    """Slips s ≥ 0 with s ≤ a + N s: how far nodes can slip in their arcs, ρ(N) < 1.
+@dataclass(frozen=True, eq=False, repr=False)
+class SlipArcs(Arcs):
+    """Bounds on the slip of nodes by direction, s ≤ a + N s: the evidence of :func:`accumulated_bound`.
 
     Attributes
     ----------
-    a : (K,)
-        How far with all others at rest [length].
-    N : (K, K)
-        How much farther by slip of the others, zero diagonal [–].
+    lid : (K,)
+        a, how far with all others at rest [length].
+    hindered : (K, K)
+        N, how much farther by slip of the others, ρ(N) < 1, zero diagonal [–].
     inverse : (K, K)
         (I − N)⁻¹ ≥ 0.
     """
 
-    a: FloatArray
-    N: FloatArray
+    lid: FloatArray
+    hindered: FloatArray
     inverse: FloatArray
 
     @property
     def total(self) -> FloatArray:
-        """S ≥ a + N S, rounded up: no slip is larger, (K,) [length]."""
-        return np.asarray(self.inverse @ (self.a + NEGLIGIBLE * (self.a + self.a.max(initial=0.0))))
+        """S ≥ a + N S, rounded up: how far in all, (K,) [length]."""
+        return np.asarray(self.inverse @ (self.lid + NEGLIGIBLE * (self.lid + self.lid.max(initial=0.0))))
 
     def multipliers(self, slack: FloatArray, slopes: FloatArray) -> FloatArray:
         """y ≥ 0 with y ≥ −c + Nᵀ y for slopes c (p, K), (p, K): so c · s ≥ −y · a for all s.
@@ -226,8 +220,8 @@ class Lids:
         The least such y where a quick one leaves nothing of slacks (p,), and the least may.
         """
         y = np.maximum(np.maximum(-slopes, 0.0) @ self.inverse - np.maximum(slopes, 0.0), 0.0)
-        short = np.flatnonzero((slack <= y @ self.a) & (slack > 0.0))
-        for some in np.array_split(short, len(short) * len(self.a) ** 2 // BLOCK + 1):
+        short = np.flatnonzero((slack <= y @ self.lid) & (slack > 0.0))
+        for some in np.array_split(short, len(short) * len(self.lid) ** 2 // BLOCK + 1):
             y[some] = self._least(y[some], slack[some], slopes[some])
         return y
 
@@ -239,12 +233,12 @@ class Lids:
         found, rows, taken = y.copy(), np.arange(len(y)), slopes < 0.0
         for _ in range(ITERATIONS):
             both = taken[:, :, None] & taken[:, None, :]
-            system = np.eye(len(self.a)) - np.where(both, self.N.T, 0.0)
+            system = np.eye(len(self.lid)) - np.where(both, self.hindered.T, 0.0)
             least = np.linalg.solve(system, np.where(taken, -slopes[rows], 0.0)[..., None])[..., 0]
-            more = (least @ self.N > slopes[rows]) & ~taken
+            more = (least @ self.hindered > slopes[rows]) & ~taken
             ended = ~more.any(axis=1)
             found[rows[ended]] = np.maximum(least[ended], 0.0)
-            left = ~ended & (slack[rows] > least @ self.a)
+            left = ~ended & (slack[rows] > least @ self.lid)
             rows, taken = rows[left], (taken | more)[left]
             if not rows.size:
                 break
@@ -257,35 +251,6 @@ class NoLids(Exception):
     def __init__(self, word: str, node: int) -> None:
         super().__init__(word, node)
         self.word, self.node = word, node
-
-
-def lids_of(node: Numbers, arc: Numbers, slack: FloatArray, slopes: FloatArray) -> Lids:
-    """The lids of arcs of nodes (K,), from slacks (p,) and slopes (p, K) at points of the arcs (p,).
-
-    At every point g + own a ≥ 0 and own N ≥ −c, own > 0 the slope of the point's own arc.
-
-    Raises
-    ------
-    NoLids
-        Where slip does not relieve its own limit, or slips drive each other on.
-    """
-    count = len(node)
-    own = slopes[np.arange(len(arc)), arc]
-    if not np.all(own > 0.0):
-        raise NoLids(OWN, int(node[arc[np.argmin(own)]]))
-    begin = np.searchsorted(arc, np.arange(count))
-    a, N = (
-        UP * np.maximum(np.maximum.reduceat((-values.T / own).T, begin), 0.0) if count else values
-        for values in (slack, slopes)
-    )
-    np.fill_diagonal(N, 0.0)
-    try:
-        inverse = np.linalg.inv(np.eye(count) - N)
-    except np.linalg.LinAlgError:
-        inverse = np.zeros_like(N)
-    if not inverse.sum(axis=1).min(initial=1.0) > 0.0:  # (I − N) x = 1 has a positive x where ρ(N) < 1 alone
-        raise NoLids(TOGETHER, int(node[np.argmax(N.sum(axis=1))]))
-    return Lids(a, N, np.maximum(inverse, 0.0))
 
 
 START = "start"
@@ -330,29 +295,29 @@ class ArcLimits:
         self._fB = problem.law.limit_rows(problem.B).reshape(n, n, d)
         self._A = problem.A.reshape(n, d, n, d)
         self._start, self._error = start, start_error
-        self._off = np.flatnonzero(start_error)
-        self.reach = _reach(problem)
+        self.reach = np.linalg.norm(self._fB, axis=2) + np.linalg.norm(self._A, axis=(1, 3))
         fB, A, size = self._fB.reshape(n, -1), problem.A, np.abs(start)
         self._locked = fB @ start, (A @ start).reshape(n, d)
         self._terms = np.abs(fB) @ size, (np.abs(A) @ size).reshape(n, d)
 
     def slacks(self, node: Numbers, e: FloatArray) -> Slacks:
         """Of nodes (c,) in directions (c, k, d), (c, k): at the initial slip, wherever within its error."""
-        loads = load_slacks(self.problem, node, e)
+        problem, loop = self.problem, loading(self.problem)
+        before, off = problem.layout.split(transient_path(problem)), np.flatnonzero(self._error)
         (of_fB, of_A), (size_fB, size_A) = self._locked, self._terms
         locked = of_fB[node, None] + np.einsum("ckx,cx->ck", e, of_A[node])
         terms = size_fB[node, None] + np.einsum("ckx,cx->ck", np.abs(e), size_A[node])
         locked -= NEGLIGIBLE * terms
-        for i, mine in by_node(node) if self._off.size else ():
-            locked[mine] -= self._uncertain(i, e[mine])
-        return Slacks(loads.base + locked, loads.fall, loads.before + locked)
-
-    def _uncertain(self, i: int, e: FloatArray) -> FloatArray:
-        """What the error of the initial slip may take from the limit of a node in directions (c, k, d)."""
-        off, square = self._off, 0.0
-        for x in range(e.shape[-1]):
-            square = square + (self._fB[i, off, x] + e @ self._A[i][:, off, x]) ** 2
-        return np.asarray(np.sqrt(square) @ self._error[off])
+        found = Slacks(*(np.empty(e.shape[:2]) for _ in Slacks._fields))
+        for i, mine in by_node(node):
+            least = partial(_least, problem, i, e[mine])
+            found.base[mine] = least(loop.q0[None], loop.p0[None])
+            found.fall[mine] = np.maximum(-least(loop.q1, loop.p1), 0.0)
+            found.before[mine] = least(*before)
+            # what the error of the initial slip may take
+            taken = self._fB[i, off] + np.einsum("ckx,xny->ckny", e[mine], self._A[i][:, off])
+            locked[mine] -= np.linalg.norm(taken, axis=-1) @ self._error[off]
+        return Slacks(found.base + locked, found.fall, found.before + locked)
 
     def check_pressed(self, load_factor: float) -> None:
         """Raise ``NoLids`` unless the first load presses all nodes, at every load factor up to one.
@@ -377,15 +342,7 @@ class ArcLimits:
 
 
 @once_per_problem
-def _reach(problem: Problem) -> FloatArray:
-    """(n, n): what slip of a node changes at most in the limit of another [force/length]."""
-    n, d = problem.n, problem.directions
-    fB, A = problem.law.limit_rows(problem.B).reshape(n, n, d), problem.A.reshape(n, d, n, d)
-    return np.asarray(np.linalg.norm(fB, axis=2) + np.linalg.norm(A, axis=(1, 3)))
-
-
-@once_per_problem
-def _origins(problem: Problem) -> FloatArray:
+def origins(problem: Problem) -> FloatArray:
     """The direction from which the sectors of every node are counted, whatever its tangents are, (n,) [rad].
 
     That of the largest of its reactions, of what slips like the reactions change in them, and of what its
@@ -403,18 +360,6 @@ def _origins(problem: Problem) -> FloatArray:
     return np.asarray(np.arctan2(y, x))
 
 
-def load_slacks(problem: Problem, node: Numbers, e: FloatArray) -> Slacks:
-    """Slacks of nodes (c,) in directions (c, k, d) under the loads alone, without slip, (c, k)."""
-    loop, before = loading(problem), problem.layout.split(transient_path(problem))
-    found = Slacks(*(np.empty(e.shape[:2]) for _ in Slacks._fields))
-    for i, mine in by_node(node):
-        least = partial(_least, problem, i, e[mine])
-        found.base[mine] = least(loop.q0[None], loop.p0[None])
-        found.fall[mine] = np.maximum(-least(loop.q1, loop.p1), 0.0)
-        found.before[mine] = least(*before)
-    return found
-
-
 def _least(problem: Problem, i: int, e: FloatArray, q: FloatArray, p: FloatArray) -> FloatArray:
     """The smallest f p + e · q of a node over load steps, less a margin; inf where there is none."""
     q, p = problem.layout.by_node(q)[:, i].T, problem.f[i] * p[:, i]
@@ -430,8 +375,8 @@ class ArcSearch:
     cells: Cells
     slacks: Slacks
 
-    def closed(self, load_factor: float) -> "FoundArcs":
-        """Extend the chosen cells until nodes slip only in these.
+    def closed(self, load_factor: float) -> tuple["ArcSearch", SlipArcs]:
+        """Extend the chosen cells until nodes slip only in these, and bound their slips there.
 
         Cells in which a node may slip are divided before they are chosen.
 
@@ -443,32 +388,52 @@ class ArcSearch:
         search = self
         self.limits.check_pressed(load_factor)
         while True:
-            arcs, lids = search._lids(load_factor)
-            entered = search._corners_entered(load_factor, arcs, lids)
+            arcs = search._slips(load_factor)
+            entered = search._corners_entered(load_factor, arcs)
             if not entered.any():
-                return FoundArcs(search, load_factor, arcs, lids)
+                return search, arcs
             search = search._with(entered)
 
-    def _lids(self, load_factor: float) -> tuple[Arcs, Lids]:
+    def _slips(self, load_factor: float) -> SlipArcs:
+        """Of the arcs of chosen cells: at every corner g + own a ≥ 0 and own N ≥ −c, own > 0 the own slope.
+
+        Raises ``NoLids`` where slip does not relieve its own limit, or slips drive each other on.
+        """
         found = self.cells.arcs()
         if found is None:
             raise NoLids(ALL_AROUND, -1)
         arcs, arc, cell, corner = found
+        node, count = arcs.node, len(arcs.node)
         kept = np.broadcast_to(arc[:, None], corner.shape)[corner]
         slack = self.slacks.at(load_factor)[cell][corner]
-        slopes = self.limits.slopes(arcs.node[kept], self.cells.corners[cell][corner], arcs)
-        return arcs, lids_of(arcs.node, kept, slack, slopes)
+        slopes = self.limits.slopes(node[kept], self.cells.corners[cell][corner], arcs)
+        own = slopes[np.arange(len(kept)), kept]
+        if not np.all(own > 0.0):
+            raise NoLids(OWN, int(node[kept[np.argmin(own)]]))
+        begin = np.searchsorted(kept, np.arange(count))
+        a, N = (
+            UP * np.maximum(np.maximum.reduceat((-values.T / own).T, begin), 0.0) if count else values
+            for values in (slack, slopes)
+        )
+        np.fill_diagonal(N, 0.0)
+        try:
+            inverse = np.linalg.inv(np.eye(count) - N)
+        except np.linalg.LinAlgError:
+            inverse = np.zeros_like(N)
+        if not inverse.sum(axis=1).min(initial=1.0) > 0.0:  # (I − N) x = 1 has x > 0 where ρ(N) < 1 alone
+            raise NoLids(TOGETHER, int(node[np.argmax(N.sum(axis=1))]))
+        return SlipArcs(node, arcs.first, arcs.last, a, N, np.maximum(inverse, 0.0))
 
-    def _corners_entered(self, load_factor: float, arcs: Arcs, lids: Lids) -> Numbers:
+    def _corners_entered(self, load_factor: float, arcs: SlipArcs) -> Numbers:
         """At how many of their corners a node may slip, of cells outside the arcs, (c,)."""
         cells, slack = self.cells, self.slacks.at(load_factor)
         # largest length of the vectors at corners of cells
-        most = 1.001 * self.limits.reach[:, arcs.node] @ lids.total
+        most = 1.001 * self.limits.reach[:, arcs.node] @ arcs.total
         near = np.flatnonzero(~cells.chosen & (slack.min(axis=1) <= most[cells.node]))
         e, k = cells.corners[near], slack.shape[1]
         slopes = self.limits.slopes(cells.node[near].repeat(k), e.reshape(-1, cells.d), arcs)
         given = slack[near].ravel()
-        safe = given > lids.multipliers(given, slopes) @ lids.a
+        safe = given > arcs.multipliers(given, slopes) @ arcs.lid
         entered = np.zeros(len(cells.node), dtype=np.intp)
         entered[near] = np.sum(~safe.reshape(-1, k), axis=1)
         return entered
@@ -491,37 +456,3 @@ class ArcSearch:
         ):
             part[new] = values
         return replace(self, cells=divided, slacks=slacks)
-
-
-@dataclass(frozen=True, eq=False)
-class FoundArcs:
-    """Arcs and lids that prove shakedown at every load factor up to one."""
-
-    search: ArcSearch
-    load_factor: float
-    arcs: Arcs
-    lids: Lids
-
-
-def search_about(limits: ArcLimits, parts: int) -> ArcSearch:
-    """A search with no cell chosen yet; cells may be divided into a number of parts."""
-    cells = all_cells(_origins(limits.problem), limits.problem.directions, parts)
-    return ArcSearch(limits, cells, limits.slacks(cells.node, cells.corners))
-
-
-def farthest(low: FoundArcs, at: float, accuracy: float) -> tuple[FoundArcs, NoLids | None]:
-    """The largest load factor, to some relative accuracy, and why it is no larger.
-
-    From one that is proved and one to be tried next. Conditions at a load factor cover all smaller ones.
-    """
-    first, high, why = low.load_factor, inf, None
-    for _ in range(2 * HALVINGS):
-        if high - low.load_factor <= accuracy * high < inf or at > LARGEST:
-            break
-        try:
-            low = low.search.closed(at)
-            at = min(2.0 * at - first, 0.5 * (at + high))
-        except NoLids as reason:
-            high, why = at, reason
-            at = 0.5 * (low.load_factor + high)
-    return low, why

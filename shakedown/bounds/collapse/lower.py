@@ -32,16 +32,6 @@ from shakedown.programs.simplex import Simplex
 _NEARLY_FIRST = 10 * NEGLIGIBLE  # nodes this close are distinguished by polishing, not by the solver's 1e-10
 
 
-def mean_load_is_safe(rows: Constraints, program: Simplex, tolerances: Tolerances) -> bool:
-    """Whether some slip is safe under the mean load alone."""
-    if np.all(rows.g > 0):  # slip zero is safe
-        return True
-    start = program.solve()
-    if not start.optimal:
-        return False
-    return bool(rows.relative_excess(rows.slips(start.x[:-1]), 0.0).max() <= tolerances.feasibility)
-
-
 def collapses(
     rows: Constraints, program: Simplex, limits: "CollapseLimits", all_nodes: bool
 ) -> dict[int, Solution]:
@@ -120,40 +110,19 @@ def collapse_limits(rows: Constraints) -> CollapseLimits:
 def _multipliers(A: FloatArray, fB: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
     """s of every node as columns, and which of them have settled."""
     try:
-        influence: FloatArray = np.asarray(np.linalg.solve(A, fB.T), dtype=float)
-        # of few nodes one system of equations for each is faster
-        return _iterated(influence) if len(A) > 12 else _by_newton(influence)
+        influence = np.linalg.solve(A, fB.T)
     except np.linalg.LinAlgError:
         return np.zeros_like(A), np.zeros(len(A), dtype=bool)
-
-
-def _iterated(influence: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
     s = -influence
     with np.errstate(over="ignore", invalid="ignore"):
         for _ in range(ITERATIONS):
             folded = np.abs(s)
             np.fill_diagonal(folded, -1.0)
             before, s = s, influence @ folded
-            change, largest = np.abs(s - before).max(axis=0), np.maximum(np.abs(s).max(axis=0), 1.0)
-            if np.all(change <= SETTLED * largest):
+            settled = np.abs(s - before).max(axis=0) <= SETTLED * np.maximum(np.abs(s).max(axis=0), 1.0)
+            if settled.all():
                 break
-    settled: NDArray[np.bool_] = change <= SETTLED * largest
     return s, settled
-
-
-def _by_newton(influence: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """The same for few nodes: with the signs of the last s the equations are linear; few change twice."""
-    n = len(influence)
-    nodes, s = np.arange(n), -influence
-    for _ in range(ITERATIONS):
-        signs = np.where(s.T < 0.0, -1.0, 1.0)  # by node of the program, then by node
-        signs[nodes, nodes] = 0.0
-        matrices = np.eye(n) - influence * signs[:, None, :]
-        s = np.asarray(np.linalg.solve(matrices, -influence.T[:, :, None])[:, :, 0].T, dtype=float)
-        changed = (np.where(s.T < 0.0, -1.0, 1.0) != signs) & (signs != 0.0)
-        if not changed.any():
-            break
-    return s, ~changed.any(axis=1)
 
 
 def _limits(rows: Constraints, y: FloatArray, s: FloatArray, known: NDArray[np.bool_]) -> CollapseLimits:
@@ -340,8 +309,11 @@ def lower_bound(
 def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> Bound:
     rows = constraints(problem)
     program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=tolerances))
-    if not mean_load_is_safe(rows, program, tolerances):
-        return _without_collapse(problem, Status.INFEASIBLE, nan, tolerances)
+    if not np.all(rows.g > 0):  # else slip zero is safe under the mean load
+        start = program.solve()
+        excess = rows.relative_excess(rows.slips(start.x[:-1]), 0.0).max() if start.optimal else inf
+        if not excess <= tolerances.feasibility:
+            return _without_collapse(problem, Status.INFEASIBLE, nan, tolerances)
     limits = collapse_limits(rows)
     outcomes = collapses(rows, program, limits, all_nodes=certify)
     node = first_to_collapse(outcomes)

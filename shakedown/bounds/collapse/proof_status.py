@@ -208,7 +208,10 @@ def guarantee_status(known: GuaranteeEvidence) -> GuaranteeStatus:
         return GuaranteeStatus(Guarantee.EVIDENCE, "there is no load factor below it", ratio, nan)
     reached = load_factor * (1 - known.tolerances.feasibility)
     if argument is None or argument.drift_bound < reached:
-        return GuaranteeStatus(Guarantee.EVIDENCE, _no_proof(ratio), ratio, nan)
+        why = f"coupling ratio {ratio:.4g}, not below 1"
+        if isnan(ratio):
+            why = "a node is at or above its own critical friction"
+        return GuaranteeStatus(Guarantee.EVIDENCE, f"{why}: there is no proof, only simulation", ratio, nan)
     stays_closed = known.lift_off
     if isinstance(stays_closed, Missing):
         caveat = f"{argument.reason}, but the lift-off bound is missing: {stays_closed.reason}"
@@ -237,10 +240,3 @@ def _drift_bound(problem: Problem) -> float:
             return 0.0
         bounds.append(slack / load if load > 0.0 else inf)
     return min(bounds)
-
-
-def _no_proof(ratio: float) -> str:
-    """Why nothing is proved."""
-    if isnan(ratio):
-        return "a node is at or above its own critical friction: there is no proof, only simulation"
-    return f"coupling ratio {ratio:.4g}, not below 1: there is no proof, only simulation"

@@ -24,7 +24,6 @@ from shakedown.joint.contact_zone import Zone
 from shakedown.joint.law import Law
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips, rigid_slips
-from shakedown.programs.disc_program import SharedBlocks
 
 RANK = 64 * np.finfo(float).eps  # relative size of a diagonal of the triangular factor that counts as zero
 
@@ -46,12 +45,6 @@ class Basis:
     Q: FloatArray
     to_slips: FloatArray
     sizes: FloatArray
-
-    @cached_property
-    def shared(self) -> SharedBlocks:
-        """Q of the discs' nodes, (n, 3, K)."""
-        n = (len(self.Q) - len(self.sizes)) // (CONE - 1)
-        return SharedBlocks(self.Q[: CONE * n].reshape(n, CONE, self.Q.shape[1]))
 
 
 def slip_basis(stiffness: FloatArray, gaps: FloatArray) -> Basis:

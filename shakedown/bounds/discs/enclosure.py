@@ -64,69 +64,35 @@ class Inverse:
         return np.asarray(self.lengths * reach * (1.0 + SUMS))
 
 
+def pressing(law: Law) -> Law:
+    """The law with f = 1 where there is no friction: f p is what must not be negative, of every node."""
+    return replace(law, f=np.where(law.f == 0, 1.0, law.f))
+
+
 @dataclass(frozen=True)
-class Loads:
-    """The loads of a problem as triples (f p, q_x, q_y), to ``LOADS`` of its parts; f as in ``pressing``.
+class Proof:
+    """The joint as stored, and what its statements are proved with; f as in ``pressing``.
 
     Attributes
     ----------
+    problem, rows
+        The joint, with all nodes closed, and its limits.
+    kept
+        The slips that are not pinned.
     c : (n, 3)
-        Constant part [force].
+        Constant part of the loads as triples (f p, q_x, q_y), to ``LOADS`` of its terms [force].
     e : (m, n, 3)
         Periodic part at load factor 1 [force].
     left : (m, n, 3)
         What the periodic part may be off, at most [force]; where nothing changes it is exactly zero.
     """
 
+    problem: Problem
+    rows: DiscRows
+    kept: NDArray[np.intp]
     c: FloatArray
     e: FloatArray
     left: FloatArray
-
-
-def pressing(law: Law) -> Law:
-    """The law with f = 1 where there is no friction: f p is what must not be negative, of every node."""
-    return replace(law, f=np.where(law.f == 0, 1.0, law.f))
-
-
-def loads(problem: Problem) -> Loads:
-    """The loads with means that are rounded once."""
-    loop, law = loading(problem), pressing(problem.law)
-    parts = []
-    for samples, mean, plain, periodic in (
-        (problem.q_w, problem.q_mean, loop.q0, loop.q1),
-        (problem.p_w, problem.p_mean, loop.p0, loop.p1),
-    ):
-        constant = plain
-        if mean is None:
-            sums = np.array([fsum(column) for column in samples.T.tolist()])
-            constant = np.where(no_mean(samples, plain), 0.0, sums / len(samples))
-        moving = periodic.any(axis=0)
-        parts.append((constant, np.where(moving, samples - constant, 0.0), moving))
-    (q0, q1, of_q), (p0, p1, of_p) = parts
-
-    c, e = triples(law, q0, p0), triples(law, q1, p1)
-    moving = triples(law, of_q.astype(float), of_p.astype(float)) != 0
-    return Loads(c, e, np.where(moving, LOADS * (np.abs(e) + np.abs(c)), 0.0))
-
-
-@dataclass(frozen=True)
-class Proof:
-    """The joint as stored, and what its statements are proved with.
-
-    Attributes
-    ----------
-    problem, rows
-        The joint, with all nodes closed, and its limits.
-    loads
-        Its loads.
-    kept
-        The slips that are not pinned.
-    """
-
-    problem: Problem
-    rows: DiscRows
-    loads: Loads
-    kept: NDArray[np.intp]
 
     def slack(self, x: FloatArray, load_factor: float, constant: float = 1.0) -> FloatArray:
         """What f p − |q| certainly is, at least, at every load step (m, n) [force]; p without friction.
@@ -137,10 +103,10 @@ class Proof:
         q = exact_products(self.problem.A[:, held], x[held])
         p = exact_products(self.problem.B[:, held], x[held])
         u = np.concatenate([law.limit(p)[:, None], law.layout.by_node(q)], axis=-1)
-        c, e = constant * self.loads.c, load_factor * self.loads.e
+        c, e = constant * self.c, load_factor * self.e
         s = c + e + u
         size = np.abs(c) + np.abs(e) + np.abs(u)
-        left = SUMS * size + load_factor * self.loads.left * (1.0 + SUMS)
+        left = SUMS * size + load_factor * self.left * (1.0 + SUMS)
         left += np.where(size > 0, TINY * x.size, 0.0)
         if self.smooth.size:
             left += self._moved(s, left, load_factor)
@@ -157,7 +123,7 @@ class Proof:
     @cached_property
     def weightless(self) -> NDArray[np.bool_]:
         """The nodes (n,) whose pressure, or f p, is zero whatever happens."""
-        loaded = self.loads.c[:, 0].astype(bool) | self.loads.e[..., 0].any(axis=0)
+        loaded = self.c[:, 0].astype(bool) | self.e[..., 0].any(axis=0)
         return np.asarray(~(loaded | self.problem.B.any(axis=1)))
 
     @cached_property
@@ -171,7 +137,7 @@ class Proof:
         Not at all clear, inf, where that is not proved: one slip must do for all load steps.
         """
         places, inverse = self._smooth_slips
-        loads = load_factor * self.loads.e[:, self.smooth, 1:]
+        loads = load_factor * self.e[:, self.smooth, 1:]
         pinned = np.setdiff1d(places, self.kept).size
         if loads.any() or pinned or not inverse.proved:
             return np.full(s.shape[1:], inf)
@@ -185,12 +151,79 @@ class Proof:
         moved = np.concatenate([of_limits[:, None], law.layout.by_node(of_q)], axis=-1)
         return np.asarray(moved * (1.0 + len(s) * SUMS + places.size * SUMS))
 
+    @cached_property
+    def inverse(self) -> Inverse:
+        """That of A at the slips that are kept, with a bound of what it leaves."""
+        return Inverse(self.problem.A[np.ix_(self.kept, self.kept)])
+
+    @cached_property
+    def _columns(self) -> FloatArray:
+        held = np.vstack([self.problem.A[:, self.kept], self.problem.B[:, self.kept]])
+        return np.ascontiguousarray(held.T)
+
+    def _weights(self, y: FloatArray) -> FloatArray:
+        """Y and f S of all nodes, each sum rounded once."""
+        rows, law = self.rows, pressing(self.problem.law)
+        order = np.argsort(rows.node, kind="stable")
+        parts = np.split(y[order], np.cumsum(np.bincount(rows.node, minlength=len(rows.stiffness)))[:-1])
+        totals = np.array([[fsum(column) for column in part.T.tolist()] for part in parts])
+        return np.concatenate([totals[:, 1:].ravel(), law.limit(totals[:, 0])])
+
+    def balanced(self, y: FloatArray) -> "Balance":
+        """Multipliers with the correction that remains: bounded, but not yet known to fit into the cones.
+
+        What is missing is A Y + Bᵀ(f S) at the kept slips; f S is rounded in a sum, a product, their bound.
+        """
+        rows, columns, y = self.rows, self._columns, y.copy()
+        disc = _with_most_slack(rows, y)
+        for exact in (False, True):  # what the first one leaves of its round-off the second takes away
+            change, weights = np.zeros(2 * self.problem.n), self._weights(y)
+            missing = exact_products(columns, weights) if exact else columns @ weights
+            change[self.kept] = self.inverse.solved(missing)
+            y[disc, 1:] -= change.reshape(-1, 2)
+        weights, correction = self._weights(y), np.zeros(2 * self.problem.n)
+        found = exact_products(columns, weights)
+        error = 4 * HALF_ULP * (np.abs(columns) @ np.abs(weights)) + TINY * weights.size
+        correction[self.kept] = self.inverse.bound(np.abs(found) + (error + SUMS * np.abs(found)))
+        return Balance(y, disc, correction.reshape(-1, 2))
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Approximate multipliers y, and a proved bound on the correction that makes them balance exactly.
+
+    Attributes
+    ----------
+    y : (j, 3)
+        Multipliers in their cones.
+    disc : (n,)
+        The disc of every node that takes the correction.
+    correction : (n, 2)
+        Its size, at most: there are exact multipliers that differ from y by no more, in their cones.
+    """
+
+    y: FloatArray
+    disc: NDArray[np.intp]
+    correction: FloatArray
+
 
 def proof_of(problem: Problem, rows: DiscRows) -> Proof:
-    """What statements about a joint are proved with."""
-    pinned = set(rigid_slips(problem).pinned)
-    kept = np.array([k for k in range(problem.layout.slip_size) if k not in pinned], dtype=np.intp)
-    return Proof(problem, rows, loads(problem), kept)
+    """What statements about a joint are proved with, its means rounded once."""
+    loop, law, pinned = loading(problem), pressing(problem.law), rigid_slips(problem).pinned
+    parts = []
+    for samples, mean, plain, periodic in (
+        (problem.q_w, problem.q_mean, loop.q0, loop.q1),
+        (problem.p_w, problem.p_mean, loop.p0, loop.p1),
+    ):
+        constant = plain
+        if mean is None:
+            sums = np.array([fsum(column) for column in samples.T.tolist()])
+            constant = np.where(no_mean(samples, plain), 0.0, sums / len(samples))
+        moving = periodic.any(axis=0)
+        parts.append((constant, np.where(moving, samples - constant, 0.0), moving.astype(float)))
+    c, e, moving = (triples(law, q, p) for q, p in zip(*parts, strict=True))
+    left = np.where(moving != 0, LOADS * (np.abs(e) + np.abs(c)), 0.0)
+    return Proof(problem, rows, np.setdiff1d(np.arange(problem.layout.slip_size), pinned), c, e, left)
 
 
 def proved_low(
@@ -242,80 +275,7 @@ def proved_unbounded(
     return any(proof.slack(*each).min() >= 0 for each in safe)
 
 
-def only_at_zero(proof: Proof) -> bool:
-    """Whether the load of a node without friction changes through the period: no slip follows that."""
-    places = proof.problem.layout.slips_of(proof.smooth)
-    moving = loading(proof.problem).q1[:, places].any(axis=0)
-    q = proof.problem.q_w[:, places]
-    return bool(np.any(moving & (q != q[0]).any(axis=0)))
-
-
 UNPROVED = "what proves that there is no largest load factor does not survive its rounding errors"
-
-
-@dataclass(frozen=True)
-class Balance:
-    """Approximate multipliers y, and a proved bound on the correction that makes them balance exactly.
-
-    Attributes
-    ----------
-    y : (j, 3)
-        Multipliers in their cones.
-    disc : (n,)
-        The disc of every node that takes the correction.
-    correction : (n, 2)
-        Its size, at most: there are exact multipliers that differ from y by no more, in their cones.
-    """
-
-    y: FloatArray
-    disc: NDArray[np.intp]
-    correction: FloatArray
-
-
-class Repair:
-    """The balance of multipliers at the slips that are kept, and what makes up for what is missing."""
-
-    def __init__(self, proof: Proof) -> None:
-        """Invert A there, and bound what the inverse leaves."""
-        problem, self.proof, self.kept = proof.problem, proof, proof.kept
-        self.inverse = Inverse(problem.A[np.ix_(self.kept, self.kept)])
-        held = np.vstack([problem.A[:, self.kept], problem.B[:, self.kept]])
-        self.columns = np.ascontiguousarray(held.T)
-
-    def missing(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """A Y + Bᵀ(f S) at the kept slips, and its rounding error at most."""
-        weights = self._weights(y)
-        found = exact_products(self.columns, weights)
-        # f S is rounded in a sum, a product, and their bound
-        error = 4 * HALF_ULP * (np.abs(self.columns) @ np.abs(weights)) + TINY * weights.size
-        return found, error + SUMS * np.abs(found)
-
-    def _weights(self, y: FloatArray) -> FloatArray:
-        """Y and f S of all nodes."""
-        totals, law = self._totals(y), pressing(self.proof.problem.law)
-        return np.concatenate([totals[:, 1:].ravel(), law.limit(totals[:, 0])])
-
-    def _totals(self, y: FloatArray) -> FloatArray:
-        """S and Y of every node, (n, 3), each sum rounded once."""
-        rows = self.proof.rows
-        order = np.argsort(rows.node, kind="stable")
-        ends = np.cumsum(np.bincount(rows.node, minlength=len(rows.stiffness)))[:-1]
-        parts = np.split(y[order], ends)
-        return np.array([[fsum(column) for column in part.T.tolist()] for part in parts])
-
-    def balanced(self, y: FloatArray) -> Balance:
-        """Multipliers with the correction that remains: bounded, but not yet known to fit into the cones."""
-        rows, n = self.proof.rows, self.proof.problem.n
-        y, disc = y.copy(), _with_most_slack(rows, y)
-        for exact in (False, True):  # what the first one leaves of its round-off the second takes away
-            change, weights = np.zeros(2 * n), self._weights(y)
-            missing = exact_products(self.columns, weights) if exact else self.columns @ weights
-            change[self.kept] = self.inverse.solved(missing)
-            y[disc, 1:] -= change.reshape(-1, 2)
-        found, error = self.missing(y)
-        correction = np.zeros(2 * n)
-        correction[self.kept] = self.inverse.bound(np.abs(found) + error)
-        return Balance(y, disc, correction.reshape(-1, 2))
 
 
 def _slacks(rows: DiscRows, y: FloatArray) -> FloatArray:
@@ -338,13 +298,13 @@ def _fits(rows: DiscRows, balance: Balance) -> bool:
 
 
 def fitting(
-    repair: Repair, y: FloatArray, inner: list[tuple[FloatArray, float]], most: float = inf
+    proof: Proof, y: FloatArray, inner: list[tuple[FloatArray, float]], most: float = inf
 ) -> Balance | None:
     """Exact multipliers next to y, as little of inner ones mixed in as it takes; None where there are none.
 
     ``inner`` has multipliers with slack, and by how much each is worse than y; ``most`` is what may be lost.
     """
-    first, rows = repair.balanced(y), repair.proof.rows
+    first, rows = proof.balanced(y), proof.rows
     if _fits(rows, first):
         return first
     outside = np.maximum(-np.minimum(_slacks(rows, y), _slacks(rows, first.y)), 0.0)
@@ -361,7 +321,7 @@ def fitting(
     if best is None or lost > most:
         return None
     for taken in doubled(share):
-        balance = repair.balanced(y + taken * (best - y))
+        balance = proof.balanced(y + taken * (best - y))
         if _fits(rows, balance):
             return balance
     return None
@@ -369,11 +329,10 @@ def fitting(
 
 def _totals(proof: Proof, balance: Balance) -> tuple[float, float, float, float]:
     """Σ yᵀ c and Σ yᵀ e of the exact multipliers: each at least and at most."""
-    rows, of = proof.rows, proof.loads
-    found = []
+    rows, found = proof.rows, []
     for load, left in (
-        (of.c[rows.node], LOADS * np.abs(of.c[rows.node])),
-        (of.e[rows.step, rows.node], of.left[rows.step, rows.node]),
+        (proof.c[rows.node], LOADS * np.abs(proof.c[rows.node])),
+        (proof.e[rows.step, rows.node], proof.left[rows.step, rows.node]),
     ):
         terms = balance.y * load
         value = fsum(terms.ravel().tolist())
@@ -388,18 +347,18 @@ def _totals(proof: Proof, balance: Balance) -> tuple[float, float, float, float]
 
 
 def proved_high(
-    repair: Repair, y: FloatArray, inner: list[tuple[FloatArray, float]], tolerances: Tolerances
+    proof: Proof, y: FloatArray, inner: list[tuple[FloatArray, float]], tolerances: Tolerances
 ) -> float:
     """A load factor above which no slip is safe, from multipliers with Σ yᵀ e < 0; inf if none is proved.
 
     Where that would be ``agreement`` of the terms of its proof above the optimum, it is not looked for.
     """
-    constant = repair.proof.loads.c[repair.proof.rows.node]
+    constant = proof.c[proof.rows.node]
     most = tolerances.agreement * float(np.abs(np.einsum("ij,ij->i", y, constant)).sum())
-    balance = fitting(repair, y, inner, most)
+    balance = fitting(proof, y, inner, most)
     if balance is None:
         return inf
-    _, most, _, slope = _totals(repair.proof, balance)
+    _, most, _, slope = _totals(proof, balance)
     if not slope < 0:
         return inf
     return nextafter(nextafter(most / -slope, inf), inf) if most > 0 else 0.0
@@ -409,8 +368,15 @@ def proved_infeasible(problem: Problem, rows: DiscRows, end: UnscaledSolution) -
     """Whether multipliers, those of the end first, prove that no slip is safe at any load factor ≥ 0."""
     if rigid_slips(problem).doubt:
         return False
-    repair = Repair(proof_of(problem, rows))
-    return repair.inverse.proved and any(_excludes(repair, y) for y in _exclusions(rows, end))
+    proof = proof_of(problem, rows)
+    if not proof.inverse.proved:
+        return False
+    for y in _exclusions(rows, end):
+        if (balance := fitting(proof, y, [])) is not None:
+            _, most, _, slope = _totals(proof, balance)
+            if most < 0 and slope <= 0:
+                return True
+    return False
 
 
 def _exclusions(rows: DiscRows, end: UnscaledSolution) -> Iterator[FloatArray]:
@@ -421,15 +387,6 @@ def _exclusions(rows: DiscRows, end: UnscaledSolution) -> Iterator[FloatArray]:
         size = -float(np.vdot(y, end.scaled.rows.c) + z @ end.scaled.rows.half_spaces.g)
         if size > 0 and np.isfinite(y).all():
             yield rows.with_pressures(y / size, z / size)
-
-
-def _excludes(repair: Repair, y: FloatArray) -> bool:
-    """Whether multipliers, balanced exactly, exclude every load factor ≥ 0."""
-    balance = fitting(repair, y, [])
-    if balance is None:
-        return False
-    _, most, _, slope = _totals(repair.proof, balance)
-    return bool(most < 0 and slope <= 0)
 
 
 def enclosed(
@@ -447,12 +404,14 @@ def enclosed(
     low, _ = proved_low(proof, best.x, best.load_factor, slips)
     if not np.isfinite(low):
         return Missing("no slip was found that is safe at every load step by more than its rounding errors")
-    if low == 0 and only_at_zero(proof):
+    # no slip follows a load that changes of a node without friction
+    places = problem.layout.slips_of(proof.smooth)
+    q, moving = problem.q_w[:, places], loading(problem).q1[:, places].any(axis=0)
+    if low == 0 and np.any(moving & (q != q[0]).any(axis=0)):
         return 0.0, 0.0
-    repair = Repair(proof)
-    if not repair.inverse.proved:
+    if not proof.inverse.proved:
         return Missing("the tangential stiffness is too nearly singular to prove the balance of multipliers")
-    high = proved_high(repair, rows.with_pressures(best.y, best.z), multipliers, tolerances)
+    high = proved_high(proof, rows.with_pressures(best.y, best.z), multipliers, tolerances)
     return (
         (low, high)
         if np.isfinite(high)

@@ -124,9 +124,12 @@ def scaled_discs(rows: DiscRows, towards: float, cap: float = np.inf) -> ScaledD
     """The program of the largest (towards −1) or smallest (+1) last unknown ≥ 0, at most ``cap``."""
     rows, origin = without_mean(rows)
     basis = rows.basis
-    n, K, Q = len(rows.stiffness), basis.Q.shape[1], basis.shared.blocks
+    n, K = len(rows.stiffness), basis.Q.shape[1]
+    Q = basis.Q[: CONE * n].reshape(n, CONE, K)
     lengths = np.append(np.linalg.norm(Q, axis=(1, 2)), np.linalg.norm(basis.Q[3 * n :], axis=1))
-    loads = np.append(_largest(rows), np.maximum(np.abs(rows.half_spaces.g), np.abs(rows.half_spaces.d)))
+    of_nodes = np.zeros(n)
+    np.maximum.at(of_nodes, rows.node, np.maximum(np.abs(rows.c), np.abs(rows.e)).max(axis=1))
+    loads = np.append(of_nodes, np.maximum(np.abs(rows.half_spaces.g), np.abs(rows.half_spaces.d)))
     first = 1.0 / np.where(basis.sizes > 0, basis.sizes, 1.0)
     moved = lengths > 0
     second = 1.0 / np.where(moved, lengths, 1.0)
@@ -155,8 +158,6 @@ def scaled_discs(rows: DiscRows, towards: float, cap: float = np.inf) -> ScaledD
         rows_extra=np.append(gap_e * load_unit / unit, bounds)[:, None],
         rows_right=np.concatenate([gap_c / unit, [0.0, cap / load_unit][: len(bounds)]]),
         cost=np.array([towards]),
-        shared=basis.shared,
-        scale=np.repeat(-second[:n, None], CONE, axis=1),
     )
     return ScaledDiscs(program, rows, origin, weights, unit, load_unit)
 
@@ -188,33 +189,6 @@ def without_mean(rows: DiscRows) -> tuple[DiscRows, FloatArray]:
     return rows.under(c=rest[rows.node] + (rows.c - mean[rows.node]), half_spaces=near), np.sum(parts, axis=0)
 
 
-def in_units(scaled: ScaledDiscs, end: SelfDualSolution) -> UnscaledSolution:
-    """What the interior points found, in the units of the joint."""
-    y, z = scaled.multipliers(end.multipliers)
-    x, load_factor = scaled.slips(end.x), float(end.x[-1] * scaled.load_unit)
-    if end.status == Status.UNBOUNDED:  # per load factor
-        x, load_factor = scaled.changes(end.x) / load_factor, 1.0
-    elif load_factor <= ROUND_OFF * scaled.load_unit:
-        load_factor = 0.0
-    if end.status == Status.INFEASIBLE:
-        x, load_factor = np.full(len(x), np.nan), np.nan
-        size = -float(np.vdot(y, scaled.rows.c) + z @ scaled.rows.half_spaces.g)
-        y, z = y / size, z / size
-    discs, others, _ = scaled.program.parts(end.multipliers)
-    weights, others = discs[:, 0], others[: len(z)]
-    least = NEGLIGIBLE * max(weights.max(initial=0.0), others.max(initial=0.0))
-    carrying = np.flatnonzero(weights > least), np.flatnonzero(others > least)
-    reduced = end.accuracy > NEGLIGIBLE
-    return UnscaledSolution(end.status, x, load_factor, y, z, carrying, reduced, scaled, end)
-
-
-def _largest(rows: DiscRows) -> FloatArray:
-    """The largest load of every node [force]."""
-    found = np.zeros(len(rows.stiffness))
-    np.maximum.at(found, rows.node, np.maximum(np.abs(rows.c), np.abs(rows.e)).max(axis=1))
-    return found
-
-
 NEGATIVE = 10 * ROUND_OFF  # largest slack or multiplier below zero likewise
 PROXIMITY = 100 * ROUND_OFF  # regularisation of slips left free by active limits, and of redundant limits
 
@@ -239,7 +213,23 @@ def solve_scaled(scaled: ScaledDiscs, usable: float = USABLE, *, proves: bool = 
     SolverError
         If it comes to no end.
     """
-    return in_units(scaled, polished(scaled.program, solve_discs(scaled.program, usable), proves=proves))
+    end = polished(scaled.program, solve_discs(scaled.program, usable), proves=proves)
+    y, z = scaled.multipliers(end.multipliers)
+    x, load_factor = scaled.slips(end.x), float(end.x[-1] * scaled.load_unit)
+    if end.status == Status.UNBOUNDED:  # per load factor
+        x, load_factor = scaled.changes(end.x) / load_factor, 1.0
+    elif load_factor <= ROUND_OFF * scaled.load_unit:
+        load_factor = 0.0
+    if end.status == Status.INFEASIBLE:
+        x, load_factor = np.full(len(x), np.nan), np.nan
+        size = -float(np.vdot(y, scaled.rows.c) + z @ scaled.rows.half_spaces.g)
+        y, z = y / size, z / size
+    discs, others, _ = scaled.program.parts(end.multipliers)
+    weights, others = discs[:, 0], others[: len(z)]
+    least = NEGLIGIBLE * max(weights.max(initial=0.0), others.max(initial=0.0))
+    carrying = np.flatnonzero(weights > least), np.flatnonzero(others > least)
+    reduced = end.accuracy > NEGLIGIBLE
+    return UnscaledSolution(end.status, x, load_factor, y, z, carrying, reduced, scaled, end)
 
 
 def polished(program: DiscProgram, end: SelfDualSolution, *, proves: bool = True) -> SelfDualSolution:
@@ -260,13 +250,10 @@ def polished(program: DiscProgram, end: SelfDualSolution, *, proves: bool = True
             best, left = replace(found, accuracy=min(end.accuracy, rest)), rest
         if left <= NEGATIVE:
             return best
-    return _balanced(program, end) if best is end and proves else best
-
-
-def _balanced(program: DiscProgram, end: SelfDualSolution) -> SelfDualSolution:
-    """The end with multipliers that balance to round-off, where they stay in their cones."""
-    y = balanced_multipliers(program, Point(end.x, end.slack, end.multipliers, 1.0, 0.0))
-    return replace(end, multipliers=y) if program.cones.margin(y) > 0 else end
+    if best is end and proves:
+        y = balanced_multipliers(program, Point(end.x, end.slack, end.multipliers, 1.0, 0.0))
+        return replace(end, multipliers=y) if program.cones.margin(y) > 0 else end
+    return best
 
 
 def _active(program: DiscProgram, end: SelfDualSolution, alike: float) -> _Active:
@@ -324,10 +311,11 @@ def _equations(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Balance of the multipliers, slack of the active limits, curvature, slopes of the active limits."""
     s, linear, _ = program.parts(program.limits - program.times(x))
-    a, b = len(active.linear), len(active.linear) + len(active.edge)
+    linear_rows, a, b = active.linear, len(active.linear), len(active.linear) + len(active.edge)
     excess, slopes, bends = program.edges(active.edge, x, m[a:b])
     at_apex = program.columns(active.apex).reshape(-1, len(x))
-    J = -np.vstack([_rows(program, active.linear), slopes, at_apex])
+    rows = np.hstack([program.rows[linear_rows], program.rows_extra[linear_rows]])
+    J = -np.vstack([rows, slopes, at_apex])
     missing = np.concatenate([linear[active.linear], -excess, s[active.apex].ravel()])
     H = bends.T @ bends
     if active.norm and program.norm is not None:
@@ -337,11 +325,6 @@ def _equations(
         missing = np.append(missing, program.norm @ x[r:] - program.offset - length)
         H[:r, :r] += m[-1] / length * (np.eye(r) - np.outer(towards, towards))
     return program.costs - m @ J, missing, H, J
-
-
-def _rows(program: DiscProgram, rows: NDArray[np.intp]) -> FloatArray:
-    """The coefficients of (ξ, λ) in some linear rows."""
-    return np.hstack([program.rows[rows], program.rows_extra[rows]])
 
 
 def _ended(
@@ -425,12 +408,7 @@ def safe_under_mean_load(problem: Problem, tolerances: Tolerances) -> bool:
         If the program ends without an answer.
     """
     rows = disc_rows(problem)
-    one = np.unique(rows.node, return_index=True)[1]  # under the mean all load steps of a node are alike
-    held = replace(rows.half_spaces, d=np.zeros_like(rows.half_spaces.d))
-    mean = replace(
-        rows, node=rows.node[one], step=rows.step[one], c=rows.c[one], e=0 * rows.e[one], half_spaces=held
-    )
     x = np.zeros(rows.stiffness.shape[-1])
-    if mean.relative_excess(x, 0.0) > 0:
-        x = safest(mean, 0.0).x
-    return mean.relative_excess(x, 0.0) <= tolerances.feasibility
+    if rows.relative_excess(x, 0.0) > 0:
+        x = safest(rows, 0.0).x
+    return rows.relative_excess(x, 0.0) <= tolerances.feasibility

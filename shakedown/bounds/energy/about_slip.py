@@ -161,7 +161,7 @@ def limits_about(
     load_unit = power_of_two(float(constant / varying)) if varying > 0 and load_factor is None else 1.0
     d, row_d = load_unit * limits.d, load_unit * rows.d
     scale = np.column_stack([np.ones(n), limits.stretch, limits.stretch])
-    H = limits.shared_blocks.blocks * scale[:, :, None]
+    H = limits.blocks * scale[:, :, None]
     moved, terms = limits.G @ slip, np.abs(limits.G) @ np.abs(slip)
     g = cleaned(limits.g - moved[node], np.abs(limits.g) + terms[node])
     row_terms = np.abs(rows.G) @ np.abs(slip)
@@ -194,8 +194,6 @@ def limits_about(
         rows_extra=np.column_stack([s[len(node) :], row_d]),
         rows_right=row_right,
         cost=np.array([0.0, -1.0]),
-        shared=limits.shared_blocks,
-        scale=scale * (unit * length)[:, None],
     )
     offset = distance / limits.metric.unit / length
     return LimitsAbout(base, np.append(sizes, row_sizes) * units, offset, length, units, load_unit)

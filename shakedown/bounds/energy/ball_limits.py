@@ -1,7 +1,7 @@
 """The limits that an energy ball must keep within, and the energy metric."""
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +16,6 @@ from shakedown.joint.contact_zone import Zone
 from shakedown.joint.law import Law
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips, rigid_slips
-from shakedown.programs.disc_program import SharedBlocks
 from shakedown.programs.program import power_of_two
 
 
@@ -113,7 +112,7 @@ def energy_metric(
     soft = values <= tolerances.zero_mode * largest
     # round-off of an eigenvalue is this per node, relative to the largest
     free = soft & ((leak <= tolerances.zero_mode) | (values <= len(A) * 8 * np.finfo(float).eps * largest))
-    lasting = np.sqrt(values[~free])
+    lasting, nodes, d = np.sqrt(values[~free]), np.arange(len(B)), len(A) // len(B)
     root = np.zeros((len(lasting), len(A)))
     root[:, kept] = (vectors[:, ~free] * lasting).T / lengths[kept]
     root[:, list(known.pinned)] = -root @ known.motions
@@ -122,19 +121,10 @@ def energy_metric(
         root=root,
         inverse=directions[:, ~free] / lasting,
         free=np.hstack([known.motions, directions[:, free]]),
-        stiffest=_stiffest(A, len(A) // len(B)),
+        stiffest=float(np.linalg.eigvalsh(A.reshape(len(B), d, -1, d)[nodes, :, nodes, :]).max()),
         sizes=sizes,
         pinned=known.pinned,
     )
-
-
-def _stiffest(A: FloatArray, d: int) -> float:
-    """The largest eigenvalue of the stiffness of one node alone, in d directions."""
-    if d == 1:
-        return float(np.diagonal(A).max())
-    nodes = np.arange(len(A) // d)
-    blocks = A.reshape(len(nodes), d, len(nodes), d)[nodes, :, nodes, :]
-    return float(np.linalg.eigvalsh(blocks).max())
 
 
 Places = NDArray[np.intp]
@@ -197,7 +187,7 @@ class BallLimits:
         That γ, against relative radii [force/length]; inf where nothing bounds a pressure.
     stiffness : (n, 2, 2)
         A_ii times ``metric.scale``, so that γ² adds up [(force/length)²].
-    shared_blocks
+    blocks
         G by unit vectors of the energy norm, (n, 3, r): the same for all shares, load factors and slips.
     rows
         The rows.
@@ -212,20 +202,20 @@ class BallLimits:
     """
 
     G: FloatArray
-    node: Places
-    step: Places
-    d: FloatArray
-    g: FloatArray
-    f: FloatArray
-    share: FloatArray
-    own: FloatArray
-    least: FloatArray
-    stiffness: FloatArray
-    shared_blocks: SharedBlocks
+    blocks: FloatArray
     rows: Rows
     closed: Places
     metric: EnergyMetric
     rigid: RigidSlips
+    node: Places = field(default_factory=partial(np.zeros, 0, np.intp))
+    step: Places = field(default_factory=partial(np.zeros, 0, np.intp))
+    d: FloatArray = field(default_factory=partial(np.zeros, (0, CONE)))
+    g: FloatArray = field(default_factory=partial(np.zeros, (0, CONE)))
+    f: FloatArray = field(default_factory=partial(np.zeros, 0))
+    share: FloatArray = field(default_factory=partial(np.zeros, (0, 2)))
+    own: FloatArray = field(default_factory=partial(np.zeros, (0, 2)))
+    least: FloatArray = field(default_factory=partial(np.zeros, 0))
+    stiffness: FloatArray = field(default_factory=partial(np.zeros, (0, 2, 2)))
     gap_count: int = 0
 
     @property
@@ -341,34 +331,17 @@ def _of_closed(problem: Problem, transient: bool, tolerances: Tolerances) -> Bal
     if not metric.inverse.shape[1]:  # no slip stores energy: one zero direction is used
         nothing = np.zeros((1, slips))
         metric = replace(metric, root=nothing, inverse=nothing.T)
-    limits = BallLimits(
-        G=np.zeros((0, CONE, slips)),
-        node=_none()[0],
-        step=_none()[1],
-        d=np.zeros((0, CONE)),
-        g=np.zeros((0, CONE)),
-        f=np.zeros(0),
-        share=np.zeros((0, 2)),
-        own=np.zeros((0, 2)),
-        least=np.zeros(0),
-        stiffness=np.zeros((0, 2, 2)),
-        shared_blocks=SharedBlocks(np.zeros((0, CONE, metric.inverse.shape[1]))),
-        rows=Rows(np.zeros((0, slips)), np.zeros((0, metric.inverse.shape[1])), *np.zeros((3, 0)), *_none()),
-        closed=np.arange(problem.n),
-        metric=metric,
-        rigid=rigid,
-    )
-    kind = _as_rows if problem.directions == 1 else _as_discs
-    return replace(limits, **kind(problem, metric, transient, tolerances))
+    closed = np.arange(problem.n)
+    if problem.directions == 2:
+        none, width = np.zeros((2, 0), dtype=np.intp), metric.inverse.shape[1]
+        no_rows = Rows(np.zeros((0, slips)), np.zeros((0, width)), *np.zeros((3, 0)), *none)
+        discs = _discs(problem, metric, transient, tolerances)
+        return BallLimits(rows=no_rows, closed=closed, metric=metric, rigid=rigid, **discs)
+    rows, no_disc = _rows(problem, metric, transient, tolerances), np.zeros((0, CONE, slips))
+    return BallLimits(no_disc, no_disc @ metric.inverse, rows, closed, metric, rigid)
 
 
-def _none() -> Places:
-    return np.zeros((2, 0), dtype=np.intp)
-
-
-def _as_rows(
-    problem: Problem, metric: EnergyMetric, transient: bool, tolerances: Tolerances
-) -> dict[str, Any]:
+def _rows(problem: Problem, metric: EnergyMetric, transient: bool, tolerances: Tolerances) -> Rows:
     """The limits of a joint in the plane: two extremal rows a node, two more for its transient load steps."""
     found = through_transient(problem) if transient else constraints(problem)
     rows = np.flatnonzero(found.sided)
@@ -377,8 +350,7 @@ def _as_rows(
     times = len(rows) // len(spread)
     G = cleaned(found.G[rows], np.tile(terms, (times, 1)))
     slopes, spread = G @ metric.inverse, np.tile(spread, times)
-    names = found.node[rows], found.side[rows]
-    return {"rows": Rows(G, slopes, found.d[rows], found.g[rows], spread, *names)}
+    return Rows(G, slopes, found.d[rows], found.g[rows], spread, found.node[rows], found.side[rows])
 
 
 def spreads(
@@ -421,18 +393,18 @@ def own_parts(
     return own, least, blocks * metric.scale
 
 
-def _as_discs(
-    problem: Problem, metric: EnergyMetric, transient: bool, tolerances: Tolerances
-) -> dict[str, Any]:
+def _discs(problem: Problem, metric: EnergyMetric, transient: bool, tolerances: Tolerances) -> dict[str, Any]:
     """The limits of a joint in space: the discs of the load steps that matter."""
     law, loop, n = problem.law, loading(problem), problem.n
-    node, step = _extreme_steps(law, loop.q1, loop.p1)
+    # those that matter whatever the share: f |c| < 1, and so a < √2
+    extreme_steps = Law(law.f / np.sqrt(2.0), 2).extreme_steps
+    node, step = extreme_steps(loop.q1, loop.p1)
     d = law.of_nodes(law.against(loop.q1, loop.p1))[step, node]
     g = law.of_nodes(law.cone(loop.q0, loop.p0))[node]
     if transient:
         before = transient_path(problem)
         parts = problem.layout.split(before)
-        early, when = _extreme_steps(law, *parts)
+        early, when = extreme_steps(*parts)
         g = np.vstack([g, law.of_nodes(law.cone(*parts))[when, early]])
         d = np.vstack([d, np.zeros((len(early), CONE))])
         node, step = np.append(node, early), np.append(step, when - len(before))
@@ -450,13 +422,8 @@ def _as_discs(
         "own": own,
         "least": least,
         "stiffness": stiffness,
-        "shared_blocks": SharedBlocks((G.reshape(CONE * n, -1) @ metric.inverse).reshape(n, CONE, -1)),
+        "blocks": (G.reshape(CONE * n, -1) @ metric.inverse).reshape(n, CONE, -1),
     }
-
-
-def _extreme_steps(law: Law, q: FloatArray, p: FloatArray) -> tuple[Places, Places]:
-    """The load steps that matter whatever the share: f |c| < 1, and so a < √2."""
-    return Law(law.f / np.sqrt(2.0), 2).extreme_steps(q, p)
 
 
 def _with_gaps(limits: BallLimits, zone: Zone, transient: bool, tolerances: Tolerances) -> BallLimits:

@@ -25,10 +25,9 @@ from shakedown.ground.constants import (
 )
 from shakedown.ground.errors import Missing, SolverError, sought
 from shakedown.ground.status import Status
-from shakedown.ground.tolerances import Tolerances
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.program import typical_size
-from shakedown.programs.self_dual import Enough, Points, SelfDualSolution, never, solve_discs
+from shakedown.programs.self_dual import Points, SelfDualSolution, solve_discs
 
 MOST = 1 - PER_CENT  # largest f |c|: the proof needs less than 1
 
@@ -53,8 +52,6 @@ class Found:
         The largest load factor, relative radius or margin that the limits allow there in floats.
     gap
         What the multipliers prove not to be exceeded, relative to the value, less 1.
-    enough
-        Whether this is all that is asked for, however far it is from the optimum.
     """
 
     limits: BallLimits
@@ -65,7 +62,6 @@ class Found:
     radius: float
     value: float
     gap: float
-    enough: bool = False
 
     @property
     def status(self) -> Status:
@@ -149,7 +145,6 @@ def _found(
     program: DiscProgram,
     allowed: Callable[[FloatArray], tuple[float, float]],
     begun: Points = (),
-    enough: Enough = never,
     *,
     unit: float = 1.0,
 ) -> Found:
@@ -165,8 +160,6 @@ def _found(
         The radius and the largest value that the limits allow at a given y in floats.
     begun
         The way to the optimum of a program that differs little.
-    enough
-        Whether a y on the way, or the multipliers there, are as good as the optimum.
 
     Raises
     ------
@@ -174,13 +167,7 @@ def _found(
         If the method comes to no end.
     """
     r = program.rank
-
-    def known(x: FloatArray, multipliers: FloatArray) -> bool:
-        return enough(x[:r], multipliers)
-
-    end = solve_discs(program, FOUR_DIGITS, begun, known)
-    met = known(end.x, end.multipliers)
-    end = end if met else polished(program, end)
+    end = polished(program, solve_discs(program, FOUR_DIGITS, begun))
     radius = value = gap = nan
     if end.status == Status.OPTIMAL:
         radius, value = allowed(end.x[:r])
@@ -188,7 +175,7 @@ def _found(
         most = _proved(program, end) / unit
         gap = most / value - 1.0 if value > 0 else most
     slip = start + limits.metric.inverse @ end.x[:r] * about.length
-    return Found(limits, about, program, end, slip, radius, value, gap, met)
+    return Found(limits, about, program, end, slip, radius, value, gap)
 
 
 Solve = Callable[[BallLimits, Points], Found]  # from the way to the optimum with other shares
@@ -264,37 +251,15 @@ def largest_ball(limits: BallLimits, load_factor: float, *, split: bool) -> Foun
     return _by_turns(limits, solve, load_factor, split=split)
 
 
-def ball_around(
-    limits: BallLimits,
-    load_factor: float,
-    slip: FloatArray,
-    tolerances: Tolerances,
-    *,
-    split: bool,
-    best: bool = True,
-) -> Found:
-    """The ball at a load factor in which a slip has the largest margin R − ‖v − v*‖, of either sign.
-
-    Or, unless the best is asked for, the first one that is met in which that margin is positive; the search
-    ends, too, as soon as multipliers prove that none is, whatever the shares.
-    """
+def ball_around(limits: BallLimits, load_factor: float, slip: FloatArray, *, split: bool) -> Found:
+    """The ball at a load factor in which a slip has the largest margin R − ‖v − v*‖, of either sign."""
 
     def solve(each: BallLimits, begun: Points) -> Found:
         about = limits_about(each, slip, load_factor=load_factor)
-
-        def inside(y: FloatArray, multipliers: FloatArray) -> bool:
-            radius, margin = _largest_margin(about, y)
-            # so many round-offs of the radius inside, a state is in a ball for certain
-            return not best and margin > 4.0 * tolerances.feasibility * radius
-
         program, unit = about.margin_program(), about.unit_of_radius / about.length
-        allowed = partial(_largest_margin, about)
-        return _found(each, about, slip, program, allowed, begun, inside, unit=unit)
+        return _found(each, about, slip, program, partial(_largest_margin, about), begun, unit=unit)
 
-    return _by_turns(
-        limits, solve, load_factor, split=split,
-        refuted=lambda: not best and held_by_none(limits, load_factor, slip),
-    )  # fmt: skip
+    return _by_turns(limits, solve, load_factor, split=split)
 
 
 def held_by_none(limits: BallLimits, load_factor: float, slip: FloatArray) -> bool:
@@ -390,23 +355,21 @@ def _by_turns(
     load_factor: float | None,
     *,
     split: bool,
-    refuted: Callable[[], bool] = lambda: False,
 ) -> Found:
     """Shares zero, and half of those at which γ is least; from the better on by turns.
 
     The turns: the best shares for the centre, the best centre for the shares. Each starts with what the one
-    before allows, so that none is worse. None are tried where it is ``refuted`` that any have a solution that
-    is asked for. The load factor is None where it is the value.
+    before allows, so that none is worse. The load factor is None where it is the value.
     """
     found = solve(limits, ())
-    if not split or not limits.own.any() or found.status == Status.UNBOUNDED or found.enough or refuted():
+    if not split or not limits.own.any() or found.status == Status.UNBOUNDED:
         return found
     half = sought(solve, limits.shared(0.5 * full_share(limits)), found.path)
     if _is_solved(half):
         worse = found.status == Status.INFEASIBLE or half.status == Status.UNBOUNDED
         found = half if worse or half.value > found.value else found
     for _ in range(ALTERNATIONS):
-        if found.status != Status.OPTIMAL or found.enough:
+        if found.status != Status.OPTIMAL:
             break
         at = found.value if load_factor is None else load_factor
         share = best_share(found.limits, found.slip, at, found.radius)

@@ -311,22 +311,26 @@ def energy_ball(
     check_load_factor(load_factor, problem)
     state = None if around is None else checked_initial_slip(problem, around)
     zone = contact_zone(problem, open_nodes, tolerances=tolerances)
-    return _in_zone(zone, load_factor, state, tolerances, transient=transient, split=split)
+    limits = ball_limits(zone, transient=transient, tolerances=tolerances)
+    held = None if state is None else _of_closed(zone, limits, state)
 
+    def slack(ball: EnergyBall) -> float:
+        """The radius of a ball, or how far the state may be disturbed in it; −inf without one."""
+        if not ball.radius > 0:
+            return -inf
+        left = ball.radius if held is None else float(ball.margin(held))
+        return left if left > 0 else -inf
 
-def holding_ball(
-    problem: Problem,
-    load_factor: float,
-    state: FloatArray,
-    open_nodes: tuple[int, ...],
-    tolerances: Tolerances,
-) -> EnergyBall:
-    """A ball that holds a state after the transient: in space the first that is met, if any does.
-
-    Raises as :func:`energy_ball`, which finds the one that holds it best.
-    """
-    zone = contact_zone(problem, open_nodes, tolerances=tolerances)
-    return _in_zone(zone, load_factor, state, tolerances, transient=False, split=True, best=False)
+    ball = _ball(zone, limits, load_factor, held, tolerances, split=split)
+    if ball.share.any():
+        most = closed_radius(zone.joint, limits.metric, ball.slip, (load_factor,))
+        if not ball.radius < most:  # a node might open in a jump within it
+            most *= 1.0 - 10 * ROUND_OFF  # strictly smaller
+            inner = most * (1.0 - tolerances.feasibility)
+            capped = replace(ball, status=Status.OPTIMAL, reason="", radius=most, inner_radius=inner)
+            simple = _ball(zone, limits, load_factor, held, tolerances, split=False)
+            ball = max(simple, capped, key=slack)
+    return replace(ball, slip=zone.slips(ball.slip), zone=zone) if zone.open_nodes else ball
 
 
 def no_ball_holds(
@@ -352,45 +356,6 @@ def _of_closed(zone: Zone, limits: BallLimits, state: FloatArray) -> FloatArray:
     return limits.rigid.relative(state[zone.problem.layout.slips_of(zone.closed_nodes)])
 
 
-def _in_zone(
-    zone: Zone,
-    load_factor: float,
-    state: FloatArray | None,
-    tolerances: Tolerances,
-    *,
-    transient: bool,
-    split: bool,
-    best: bool = True,
-) -> EnergyBall:
-    """The ball of the closed nodes of a zone in terms of all nodes; no node may open in a jump within it."""
-    limits = ball_limits(zone, transient=transient, tolerances=tolerances)
-    held = None if state is None else _of_closed(zone, limits, state)
-
-    def found(split: bool, best: bool = True) -> EnergyBall:
-        ball = _ball(zone, limits, load_factor, held, tolerances, split=split, best=best)
-        if not ball.share.any():
-            return ball
-        most = closed_radius(zone.joint, limits.metric, ball.slip, (load_factor,))
-        if ball.radius < most:
-            return ball
-        most *= 1.0 - 10 * ROUND_OFF  # strictly smaller
-        inner = most * (1.0 - tolerances.feasibility)
-        capped = replace(ball, status=Status.OPTIMAL, reason="", radius=most, inner_radius=inner)
-        simple = _ball(zone, limits, load_factor, held, tolerances, split=False)
-        kept = max(simple, capped, key=slack)
-        return found(split) if not best and slack(kept) == -inf else kept  # the first one met was too large
-
-    def slack(ball: EnergyBall) -> float:
-        """The radius of a ball, or how far the state may be disturbed in it; −inf without one."""
-        if not ball.radius > 0:
-            return -inf
-        left = ball.radius if held is None else float(ball.margin(held))
-        return left if left > 0 else -inf
-
-    ball = found(split, best)
-    return replace(ball, slip=zone.slips(ball.slip), zone=zone) if zone.open_nodes else ball
-
-
 def _ball(
     zone: Zone,
     limits: BallLimits,
@@ -399,9 +364,8 @@ def _ball(
     tolerances: Tolerances,
     *,
     split: bool,
-    best: bool = True,
 ) -> EnergyBall:
-    """The largest ball of the closed nodes, the one in which a state has the largest margin, or the first."""
+    """The largest ball of the closed nodes, or the one in which a state has the largest margin."""
     result = partial(_result, load_factor, tolerances)
     if reason := without_margin(zone, limits):
         return result(limits, Status.INFEASIBLE, reason)
@@ -418,7 +382,7 @@ def _ball(
     if held is None:
         found = largest_ball(limits, load_factor, split=split)
     else:
-        found = ball_around(limits, load_factor, held, tolerances, split=split, best=best)
+        found = ball_around(limits, load_factor, held, split=split)
     if found.status == Status.INFEASIBLE:
         return result(limits, Status.INFEASIBLE, NO_SAFE_SLIP if held is None else NOT_HELD)
     if held is not None and not found.value > 0:

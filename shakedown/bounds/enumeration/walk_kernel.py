@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain, combinations, islice
+from itertools import chain, combinations
 from math import comb, inf
 from typing import Any, NamedTuple
 
@@ -25,8 +25,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from shakedown.bounds.enumeration.intersection import (
-    LISTED,
+from shakedown.bounds.enumeration.critical import (
     NONE,
     ScaledRows,
     SubtreeFindings,
@@ -427,30 +426,26 @@ def walk_piece(tree: Tree, prefix: tuple[int, ...], size: int) -> SubtreeFinding
     best, safest = (tuple(subset) for subset in found.subsets.tolist())
     regular, suspects = found.counters[[REGULAR, SUSPECTS]].tolist()
     piece = SubtreeFindings(
+        subsets=0,
         regular=regular,
-        degenerate=0,
-        degenerate_rows=[],
         smallest_positive=(found.record[0] * unit, best) if any(best) else NONE,
         smallest_feasible=(found.record[1] * unit, safest) if any(safest) else NONE,
         load_factors=found.values[:regular] * unit,
     )
     prefixes = zip(found.prefixes[:suspects].tolist(), found.lengths[:suspects].tolist(), strict=True)
-    return joined([piece, *_examined(tree, [tuple(path[:length]) for path, length in prefixes])])
+    found = joined([piece, *_examined(tree, [tuple(path[:length]) for path, length in prefixes])])
+    return replace(found, subsets=size)
 
 
 def _examined(tree: Tree, suspects: list[tuple[int, ...]]) -> Iterator[SubtreeFindings]:
-    """Suspect prefixes: singular as they stand, or else all their completions solved in batches."""
+    """All completions of suspect prefixes that are not singular as they stand, solved in batches."""
     doubtful = list[Iterator[tuple[int, ...]]]()
     count, columns = tree.rows.matrix.shape
     for prefix in suspects:
-        rest = combinations(range(_first_after(prefix), count), columns - len(prefix))
-        extensions = map(prefix.__add__, rest)
         whole = len(prefix) == columns
         spectrum = np.ones(1) if whole else np.linalg.svd(tree.rows.matrix[list(prefix)], compute_uv=False)
         if spectrum[-1] > tree.tolerances.degeneracy * spectrum[0]:
-            doubtful.append(extensions)
-        else:
-            listed = list(islice(extensions, LISTED))
-            yield SubtreeFindings(0, completions(tree.rows, prefix), listed, NONE, NONE, np.empty(0))
+            rest = combinations(range(_first_after(prefix), count), columns - len(prefix))
+            doubtful.append(map(prefix.__add__, rest))
     for chunk in in_batches(chain.from_iterable(doubtful)):
         yield solve_subsets(np.array(chunk), tree.rows, tree.tolerances, values=tree.values)

@@ -1,11 +1,11 @@
-"""The least pressures of admissible states, and the reactions about which loads swing with least friction."""
+"""A joint in units of its own, least pressures of admissible states, reactions about which loads swing."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.bounds.every_state.rates import ScaledJoint
 from shakedown.ground.constants import (
     ALTERNATIONS,
     EPS,
@@ -19,6 +19,147 @@ from shakedown.ground.constants import (
     THREE_DIGITS,
     FloatArray,
 )
+from shakedown.joint.arguments import once_per_problem
+from shakedown.joint.constraints import loading
+from shakedown.joint.law import Law
+from shakedown.joint.problem import Problem
+from shakedown.joint.rigid_slips import rigid_slips
+
+
+@dataclass(frozen=True)
+class ScaledJoint:
+    """κ, friction and loads with slips and gaps of node i in units of ``lengths[i]``, a power of two.
+
+    Reactions are generalised forces then, lengths[i] times those of the node: both sides of every
+    friction limit have the same factor, and no result depends on it but by round-off.
+
+    Attributes
+    ----------
+    law
+        Coulomb's law, with the friction coefficients as they are.
+    A, B : (dn, dn), (n, dn)
+        Tangential stiffness and coupling.
+    q0, p0, q1, p1
+        Constant and periodic part of the loads, as :class:`~shakedown.joint.constraints.Loading`.
+    lengths : (n,)
+        Units of slip [length].
+    motions : (dn, r)
+        Z, the slips that change no reaction; 1 at ``pinned[k]`` and 0 at the other pinned ones [–].
+    pinned
+        As many slips as there are such motions.
+    """
+
+    law: Law
+    A: FloatArray
+    B: FloatArray
+    q0: FloatArray
+    p0: FloatArray
+    q1: FloatArray
+    p1: FloatArray
+    lengths: FloatArray
+    motions: FloatArray
+    pinned: tuple[int, ...]
+
+    @property
+    def n(self) -> int:
+        """Number of contact nodes."""
+        return self.law.layout.n
+
+    @property
+    def d(self) -> int:
+        """Tangential directions of a node, 1 or 2."""
+        return self.law.d
+
+    @property
+    def f(self) -> FloatArray:
+        """Friction coefficients, (n,)."""
+        return np.asarray(self.law.f)
+
+    @property
+    def fB(self) -> FloatArray:
+        """f B, (n, dn): how slips change the friction limits."""
+        return np.asarray(self.f[:, None] * self.B)
+
+    @property
+    def stiffness(self) -> FloatArray:
+        """What powers of two leave of the stiffness of every node, 0.5 to 2, or 1 where it has none: (n,)."""
+        own = self.law.layout.by_node(np.diagonal(self.A)).max(axis=1)
+        return np.where(own > 0, own, 1.0)
+
+    @property
+    def floats(self) -> bool:
+        """Whether friction alone holds the body: some slips change no reaction."""
+        return bool(self.motions.shape[1])
+
+    def in_balance(self, reactions: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Reactions (dn,) of some slip, from their part at the slips that are not pinned; and their error.
+
+        Such reactions have no resultant along a rigid motion, Zᵀ z = 0; their part may be anything.
+        """
+        found, pinned, kept = reactions.copy(), list(self.pinned), self.kept
+        loose = np.zeros_like(found)
+        found[pinned] = -reactions[kept] @ self.motions[kept]
+        loose[pinned] = (len(kept) + 2) * EPS * (np.abs(reactions[kept]) @ np.abs(self.motions[kept]))
+        return found, loose
+
+    @cached_property
+    def kept(self) -> NDArray[np.intp]:
+        """The slips that there are and that are not pinned, by number."""
+        return np.setdiff1d(np.arange(self.d * self.n), self.pinned)
+
+    @cached_property
+    def kept_stiffness(self) -> FloatArray:
+        """A in the slips that are kept, (k, k)."""
+        return self.A[np.ix_(self.kept, self.kept)]
+
+    @cached_property
+    def held(self) -> bool:
+        """Whether A is positive definite in the slips that are kept, if any, clear of round-off."""
+        values = np.linalg.eigvalsh(self.kept_stiffness)
+        return bool(len(values)) and bool(values[0] > 4 * len(values) * EPS * values[-1])
+
+    @cached_property
+    def inverse(self) -> NDArray[np.floating]:
+        """That of A in the slips that are kept, (k, k)."""
+        return np.linalg.inv(self.kept_stiffness)
+
+    @cached_property
+    def inverse_error(self) -> float:
+        """α ≥ ‖I − A X‖ of this inverse X, round-off of the product included."""
+        n, A, size = self.n, self.kept_stiffness, np.abs(self.inverse)
+        off = np.abs(np.eye(len(A)) - A @ self.inverse) + (2 * n + 4) * EPS * (np.abs(A) @ size)
+        return float(off.sum(axis=0).max(initial=0.0))
+
+    @cached_property
+    def pressures_by_forces(self) -> FloatArray:
+        """B A⁻¹ in the slips that are kept, (n, k)."""
+        return np.asarray(self.B[:, self.kept] @ self.inverse)
+
+    def of_joint(self, reactions: FloatArray) -> FloatArray:
+        """Reactions (dn,) in the units of the joint itself [force]."""
+        return np.asarray(reactions / np.repeat(self.lengths, self.d))
+
+
+@once_per_problem
+def scaled_joint(problem: Problem) -> ScaledJoint:
+    """The joint in units of its own; made once per problem."""
+    stiffness = problem.layout.by_node(np.diagonal(problem.A)).max(axis=1)
+    relative = np.ldexp(stiffness, -int(np.frexp(stiffness.max(initial=0.0))[1]))  # so that units cancel
+    lengths = np.exp2(np.rint(-0.5 * np.log2(np.where(stiffness > 0, relative, 1.0))))
+    both, loop, rigid = np.repeat(lengths, problem.directions), loading(problem), rigid_slips(problem)
+    return ScaledJoint(
+        law=problem.law,
+        A=problem.A * both * both[:, None],
+        B=problem.B * both * lengths[:, None],
+        q0=loop.q0 * both,
+        p0=loop.p0 * lengths,
+        q1=loop.q1 * both,
+        p1=loop.p1 * lengths,
+        lengths=lengths,
+        motions=rigid.motions / both[:, None] * both[list(rigid.pinned)],
+        pinned=rigid.pinned,
+    )
+
 
 TRIES = 4  # to exceed their round-off
 
@@ -72,16 +213,6 @@ class _Equations:
     sign: float
     rigid: FloatArray
 
-    @property
-    def right(self) -> FloatArray:
-        """± B_i, (n, k)."""
-        return np.asarray(self.sign * self.joint.B[:, self.joint.kept])
-
-    @property
-    def without_friction(self) -> FloatArray:
-        """y for f = 0, (n, k)."""
-        return np.asarray(self.sign * self.joint.pressures_by_forces)
-
     def multipliers(self, y: FloatArray, nodes: NDArray[np.intp]) -> FloatArray:
         """Y of some nodes (c, dn)."""
         Y = self.rigid[nodes]
@@ -103,7 +234,7 @@ def least_pressures(
     to rigid slips: it is zero at the pinned slips, to which ``rigid`` (n, dn), rigid slips, is added.
     """
     given = _Equations(joint, sign, np.zeros(joint.B.shape) if rigid is None else rigid)
-    y = given.without_friction
+    y = sign * joint.pressures_by_forces
     sizes = np.abs(y).max(axis=1, initial=0.0) + np.abs(given.rigid).max(axis=1, initial=0.0)
     excess = ROUND_OFF * max(1.0, joint.n / 4) * sizes  # of the weights of friction limits over multipliers
     for _ in range(TRIES):
@@ -119,7 +250,7 @@ def least_pressures(
 
 def _swept(given: _Equations, excess: FloatArray, start: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
     """The multipliers as far as sweeps bring them, and which of them have settled."""
-    y, own = start.copy(), given.without_friction
+    y, own = start.copy(), given.sign * given.joint.pressures_by_forces
     fB = given.joint.f[:, None] * given.joint.pressures_by_forces  # f B A⁻¹
     every = going = np.arange(len(y))
     size = np.abs(own).max(axis=1, initial=0.0)
@@ -142,7 +273,7 @@ def _by_newton(given: _Equations, node: int, excess: float, start: FloatArray) -
     A, fB, every = joint.kept_stiffness, joint.fB[:, joint.kept], np.arange(joint.n)
     y, best, least = np.zeros_like(start), start, np.inf
     for _ in range(ITERATIONS):
-        rest = given.right[node] - (given.sizes(y[None], one)[0] + excess) @ fB - y @ A
+        rest = given.sign * joint.B[node, joint.kept] - (given.sizes(y[None], one)[0] + excess) @ fB - y @ A
         if (size := float(np.abs(rest).max())) < least:
             best, least = y.copy(), size
         slopes = np.zeros((joint.n, joint.n, joint.d))  # of |Y_j| in Y
@@ -161,10 +292,11 @@ def _solved(given: _Equations, h: FloatArray) -> LeastPressures:
     """
     joint, every, n = given.joint, np.arange(len(h)), len(h)
     A, X, fB, alpha = joint.kept_stiffness, joint.inverse, joint.fB[:, joint.kept], joint.inverse_error
-    right = given.right - h @ fB
+    wanted = given.sign * joint.B[:, joint.kept]
+    right = wanted - h @ fB
     y = right @ X
     y = np.asarray(y + (right - y @ A) @ X)
-    terms = np.abs(given.right) + np.abs(h) @ np.abs(fB) + np.abs(y) @ np.abs(A)
+    terms = np.abs(wanted) + np.abs(h) @ np.abs(fB) + np.abs(y) @ np.abs(A)
     rest = np.abs(right - y @ A) + (3 * n + 4) * EPS * terms
     largest = (rest @ np.abs(X)).max(axis=1, initial=0.0) * (1.0 + (2 * n + 4) * EPS)
     rigid = np.abs(given.rigid).max(axis=1, initial=0.0)
@@ -184,7 +316,7 @@ def pressures_of_floating(joint: ScaledJoint, *, sign: float = 1.0) -> LeastPres
     c = np.zeros((joint.n, joint.motions.shape[1]))
     for _ in range(ALTERNATIONS):
         given = _Equations(joint, sign, c @ joint.motions.T)
-        swept = _swept(given, np.zeros(joint.n), given.without_friction)[0]
+        swept = _swept(given, np.zeros(joint.n), sign * joint.pressures_by_forces)[0]
         c = c + _best_parts(joint, given.multipliers(swept, np.arange(joint.n)))
     return least_pressures(joint, rigid=c @ joint.motions.T, sign=sign)
 
@@ -234,10 +366,6 @@ class SlipCurves:
     size: FloatArray
     lean: FloatArray
     loose: FloatArray
-
-    def part(self, nodes: NDArray[np.intp]) -> "SlipCurves":
-        """Those of some of the nodes."""
-        return SlipCurves(self.size[nodes], self.lean[nodes], self.loose[nodes])
 
     @property
     def length(self) -> FloatArray:
@@ -346,11 +474,6 @@ class Loops:
         most = worst.max(axis=0)
         return np.asarray(most + 8 * EPS * np.abs(most))
 
-    def round_off(self) -> FloatArray:
-        """The error of 1/λ due to round-off of loads, (k,)."""
-        size = np.abs(self.path).max(axis=(0, 2)) + np.abs(self.growing).max(axis=0)
-        return np.asarray(16 * EPS * size / self.constant)
-
     def worst(self, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Where :meth:`needed` is largest: its value (k,), and the row t, f π⁰, t · q¹ + f π¹ (k, d + 2)."""
         needed, k = self.needed(centre), np.arange(len(centre))
@@ -376,6 +499,8 @@ def reaction_centres(loops: Loops) -> tuple[FloatArray, FloatArray]:
     the curve hold a centre from all sides; the one in which it misses most takes the place of one of them.
     """
     k = len(loops.constant)
+    loads = np.abs(loops.path).max(axis=(0, 2)) + np.abs(loops.growing).max(axis=0)
+    round_off = 16 * EPS * loads / loops.constant  # the error of 1/λ due to round-off of loads
     basis = loops.rows(loops.curves.around())
     centre, below = _vertex(basis)
     best, above, going = centre.copy(), np.full(k, np.inf), np.ones(k, dtype=bool)
@@ -385,7 +510,7 @@ def reaction_centres(loops: Loops) -> tuple[FloatArray, FloatArray]:
         above[better], best[better] = reached[better], centre[better]
         needed, new = loops.worst(centre)
         found, regular = _exchanged(basis, new)
-        open_yet = needed - below > np.maximum(ROUND_OFF * np.abs(needed), loops.round_off())
+        open_yet = needed - below > np.maximum(ROUND_OFF * np.abs(needed), round_off)
         going &= open_yet & regular
         if not going.any():
             break

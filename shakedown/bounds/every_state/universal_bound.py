@@ -10,16 +10,18 @@ from shakedown.bounds.bound_result import Bound, Evidence
 from shakedown.bounds.collapse.lower import lower_bound
 from shakedown.bounds.collapse.proof_status import Argument
 from shakedown.bounds.discs.scaled_solution import safe_under_mean_load
-from shakedown.bounds.every_state.bound_of_floating import Reach, floating_reach
+from shakedown.bounds.every_state.bound_of_floating import Reach, floating_reach, unique_rates
 from shakedown.bounds.every_state.least_pressures import (
     LeastPressures,
     Loops,
+    ScaledJoint,
+    SlipCurves,
     least_pressures,
     pressures_of_floating,
     reaction_centres,
+    scaled_joint,
     slip_curves,
 )
-from shakedown.bounds.every_state.rates import ScaledJoint, scaled_joint, unique_rates
 from shakedown.bounds.uniqueness.coupling import Uniqueness
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import Missing, UsageError, present, sought
@@ -142,7 +144,6 @@ def least_pressure_bound(problem: Problem, *, unique: bool = False) -> LeastPres
     reason = "from there on " * (load_factor > 0.0) + reasons[reach.limited_by]
     if load_factor == 0.0 and not joint.floats:
         reason = f"node {node} has no friction, and its load varies"
-    closed = joint.floats or joint.d == 2
     return replace(
         found,
         status=Status.OPTIMAL if load_factor < inf else Status.UNBOUNDED,
@@ -150,7 +151,7 @@ def least_pressure_bound(problem: Problem, *, unique: bool = False) -> LeastPres
         node=node if load_factor < inf else -1,
         limited_by=reach.limited_by,
         reason=reason if load_factor < inf else "no load factor ends the proof",
-        lift_off_bound=max(load_factor if closed else 0.0, found.lift_off_bound),
+        lift_off_bound=max(load_factor, found.lift_off_bound),
         reactions=joint.of_joint(reach.reactions) if load_factor > 0.0 else nowhere,
         mean_reactions=joint.of_joint(reach.mean_reactions),
     )
@@ -161,7 +162,8 @@ def _of_held(joint: ScaledJoint, least: LeastPressures, pressures: FloatArray, l
     path, growing = joint.law.layout.by_node(joint.q1), least.at(joint, joint.q1, joint.p1)
     inverse, centre = np.where(path.any(axis=(0, 2)), inf, lift_off), np.zeros((joint.n, joint.d))
     rough = np.flatnonzero(joint.f > 0)
-    f, curves = joint.f[rough], slip_curves(joint, least).part(rough)
+    f, curves = joint.f[rough], slip_curves(joint, least)
+    curves = SlipCurves(curves.size[rough], curves.lean[rough], curves.loose[rough])
     loops = Loops(curves, path[:, rough], f * growing[:, rough], f * pressures[rough])
     inverse[rough], centre[rough] = reaction_centres(loops)
     node, load_factor, nowhere = int(inverse.argmax()), _load_factor(inverse.max()), np.full(centre.size, nan)
@@ -358,11 +360,6 @@ def _by_least_pressures(
     if jumps:
         why = unique.reason if isinstance(unique, Missing) else unique.argument
         return nothing.but(reason=f"the motion is not proved to be unique: {why}")
-    lift: float | Missing = found.lift_off_bound
-    if lower is not None and found.lift_off_bound < min(found.load_factor, lower.load_factor):
-        lift = lower.known.lift_off  # along the loop itself
-    if isinstance(lift, Missing):
-        return _undecided(nothing, f"the lift-off bound is missing: {lift.reason}")
     argument = "least pressures" if problem.law.limit_rows(problem.B).any() else "Melan"
     proved = nothing.but(
         load_factor=found.load_factor,
@@ -371,7 +368,7 @@ def _by_least_pressures(
         limited_by=found.limited_by,
         reason=f"{argument}: {found.reason}",
     )
-    return _limited(proved, lower, lift)
+    return _limited(proved, lower, found.lift_off_bound)
 
 
 def _limited(found: Bound, lower: Bound | None, lift: float) -> Bound:

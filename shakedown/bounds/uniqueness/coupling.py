@@ -1,23 +1,16 @@
-"""The coupling ratio ρ*, uniqueness with all nodes closed, and differences that no slip increases."""
+"""Sets of nodes whose slip loses uniqueness; the coupling ratio ρ*; differences that no slip increases."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations, groupby, product
 from math import ceil, log, nan, sqrt
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.bounds.uniqueness.moving_sets import (
-    LARGEST_SET,
-    ScaledStiffness,
-    first_to_lose,
-    held,
-    scaled_stiffness,
-    slipping_sets,
-)
 from shakedown.ground.constants import (
-    ALL_PAIRS_UP_TO,
+    AT_ONCE,
     EPS,
     HALVINGS,
     ITERATIONS,
@@ -28,11 +21,192 @@ from shakedown.ground.constants import (
     SWEEPS,
     FloatArray,
 )
-from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT, Tolerances
 from shakedown.joint.arguments import NO_SIGNS, checked, once_per_problem, require_plane
+from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.joint.rigid_slips import rigid_slips, stiffness_error
+
+
+@dataclass(frozen=True)
+class ScaledStiffness:
+    """A, B, C and f, divided by powers of two.
+
+    Attributes
+    ----------
+    A, B : (n, n)
+        Divided by the size of A, or of B where that is larger; entries of B that are
+        round-off of the stiffness are 0.
+    C : (n, n) or None
+        Divided likewise.
+    weights : (n,)
+        Friction coefficients φ, divided by their size.
+    friction_unit
+        That size: a factor t on φ is the factor t / ``friction_unit`` on the coefficients given.
+    tolerances
+        What counts as zero.
+    pinned
+        Nodes at which the rigid slips of a body that only friction holds are pinned, in programs.
+    """
+
+    A: FloatArray
+    B: FloatArray
+    C: FloatArray | None
+    weights: FloatArray
+    friction_unit: float
+    tolerances: Tolerances
+    pinned: tuple[int, ...] = ()
+
+    @property
+    def n(self) -> int:
+        """Number of contact nodes."""
+        return len(self.A)
+
+    @property
+    def layout(self) -> Layout:
+        """Where the slip and the gap of a node stand in ``kappa``."""
+        return Layout(self.n)
+
+    @cached_property
+    def kappa(self) -> FloatArray:
+        """[[A, Bᵀ], [B, C]], for problems with C only."""
+        assert self.C is not None
+        return self.layout.of_blocks(self.A, self.B, self.C)
+
+    @cached_property
+    def weighted(self) -> FloatArray:
+        """φ B, (n, n)."""
+        return self.weights[:, None] * self.B
+
+    def opened(self, separated: tuple[int, ...]) -> "ScaledStiffness | None":
+        """That of the other nodes with some open and free; None where the others do not hold these."""
+        if not separated:
+            return self
+        rest, gaps_of = np.setdiff1d(np.arange(self.n), separated), self.layout.gaps_of
+        free, shut = (np.append(nodes, gaps_of(nodes)) for nodes in (np.array(separated), rest))
+        inner, m = self.kappa[np.ix_(free, free)], len(rest)
+        if not held(inner, self.tolerances):
+            return None
+        follow = np.linalg.solve(inner, self.kappa[np.ix_(free, shut)])
+        kappa = self.kappa[np.ix_(shut, shut)] - self.kappa[np.ix_(shut, free)] @ follow
+        return replace(self, A=kappa[:m, :m], B=kappa[m:, :m], C=None, weights=self.weights[rest])
+
+
+def scaled_stiffness(problem: Problem, friction: FloatArray, tolerances: Tolerances) -> ScaledStiffness:
+    """Bring the stiffness and the friction of a problem near the size 1, free of round-off.
+
+    Examples
+    --------
+    >>> import numpy as np, shakedown
+    >>> scaled = scaled_stiffness(shakedown.example("two-node"), np.full(2, 3.0), shakedown.Tolerances())
+    >>> scaled.weights, scaled.friction_unit
+    (array([0.75, 0.75]), 4.0)
+    """
+    # nothing below the accuracy of the data counts as resistance: eigenvalues of scaled matrices are off by
+    # four times the error of their entries at most
+    zero_mode = max(tolerances.zero_mode, 4.0 * stiffness_error(problem) / FIRST_DIGIT)
+    power = exponent(max(np.abs(problem.A).max(), np.abs(problem.B).max()))
+    own = exponent(friction.max())
+    A, B = np.ldexp(problem.A, -power), np.ldexp(problem.B, -power)
+    size = np.sqrt(np.diag(A))
+    noise = tolerances.condensed_pattern * np.outer(size, size)
+    return ScaledStiffness(
+        A=A,
+        B=np.where(np.abs(B) > noise, B, 0.0),
+        C=None if problem.C is None else np.ldexp(problem.C, -power),
+        weights=np.ldexp(friction, -own),
+        friction_unit=float(np.ldexp(1.0, own)),
+        tolerances=replace(tolerances, zero_mode=zero_mode),
+        pinned=rigid_slips(problem).pinned,
+    )
+
+
+def exponent(size: float) -> int:
+    """k with 2ᵏ⁻¹ ≤ size < 2ᵏ, exactly, whatever power of two the size is multiplied by; 0 for the size 0."""
+    return int(np.frexp(size)[1])
+
+
+def held(matrices: FloatArray, tolerances: Tolerances) -> NDArray[np.bool_]:
+    """Whether semi-definite matrices (…, k, k) have no rigid motion; scaled by their diagonals."""
+    diagonal = np.diagonal(matrices, axis1=-2, axis2=-1)
+    stiff = (diagonal > 0).all(axis=-1)
+    size = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    eigenvalues = np.linalg.eigvalsh(matrices / (size[..., :, None] * size[..., None, :]))
+    return np.asarray(stiff & (eigenvalues[..., 0] > tolerances.zero_mode * eigenvalues[..., -1]))
+
+
+LARGEST_SET = 8  # nodes up to which all sets are tried
+
+
+Nodes = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class LostAt:
+    """The factor on φ at which uniqueness is lost (inf: at none): by these slipping nodes, all others stuck.
+
+    ``sides`` are those of their slip, and the nodes ``separated`` are open.
+    """
+
+    factor: float
+    slipping: Nodes = ()
+    sides: Nodes = ()
+    separated: Nodes = ()
+
+
+NEVER = LostAt(np.inf)
+
+
+def slipping_sets(n: int, largest: int | None = None) -> list[Nodes]:
+    """Every choice of up to so many slipping nodes, all of them by default."""
+    return [nodes for k in range(1, (largest or n) + 1) for nodes in combinations(range(n), k)]
+
+
+def first_to_lose(stiffness: ScaledStiffness, sets: list[Nodes]) -> LostAt:
+    """Of these sets of slipping nodes the one that loses uniqueness at the smallest factor, on any sides."""
+    first = NEVER
+    for size, alike in groupby(sorted(sets, key=len), key=len):
+        group = np.array(list(alike), dtype=np.intp)
+        # all but for a common sign: where det(A′ − t S φ B′) has the root t, it has the root −t for −S
+        sides = np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=size - 1)])
+        for some in np.array_split(group, len(group) * len(sides) // AT_ONCE + 1):
+            first = min(first, *_lost_by(stiffness, some, sides), key=lambda lost: lost.factor)
+    return first
+
+
+def _lost_by(stiffness: ScaledStiffness, sets: NDArray[np.intp], signs: FloatArray) -> list[LostAt]:
+    """The same for sets (c, k) of equally many nodes, all at once, with these sides (s, k)."""
+    rows, columns = sets[:, :, None], sets[:, None, :]
+    A = stiffness.A[rows, columns]
+    usable = held(A, stiffness.tolerances)
+    A = np.where(usable[:, None, None], A, np.eye(sets.shape[1]))
+    weighted = stiffness.weighted[rows, columns]
+    roots = _largest_real(np.linalg.inv(A)[:, None] @ (signs[:, :, None] * weighted[:, None]))
+    roots = np.where(usable[:, None], roots, 0.0)
+    best = np.abs(roots).argmax(axis=1)
+    largest = roots[np.arange(len(sets)), best]
+    sides = (signs[best] * np.sign(largest)[:, None]).astype(int).tolist()  # A − t s φ B is singular
+    return [
+        LostAt(float(1.0 / abs(root)), tuple(slipping), tuple(side)) if root else NEVER
+        for slipping, root, side in zip(sets.tolist(), largest, sides, strict=True)
+    ]
+
+
+def _largest_real(matrices: FloatArray) -> FloatArray:
+    """The real eigenvalue of largest size of every matrix (…, k, k); 0 where there is none."""
+    eigenvalues = np.linalg.eigvals(matrices)
+    size = np.abs(eigenvalues)
+    # imaginary part, relative to the size, to which round-off parts a double root
+    real = np.abs(eigenvalues.imag) <= 8 * sqrt(EPS) * size
+    real &= size > ROUND_OFF * np.abs(matrices).max(axis=(-2, -1))[..., None]
+    sizes = np.where(real, size, 0.0)
+    place = sizes.argmax(axis=-1)[..., None]
+    largest = np.take_along_axis(sizes, place, axis=-1) * np.sign(
+        np.take_along_axis(eigenvalues.real, place, axis=-1)
+    )
+    return np.asarray(largest[..., 0])
+
 
 WIDTH = 10.0  # largest distance of the best log c from the middle: e²⁰ in c²; any c is valid
 GOLDEN = 0.5 * (sqrt(5) - 1)  # factor by which a step of a golden section shortens the range
@@ -344,164 +518,75 @@ def unique_in_contact(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> 
     return Uniqueness(None, f"too many sets of slipping nodes to try all ({stiffness.n} nodes)")
 
 
-class DifferenceGauge(NamedTuple):
-    """V(e) = max (x_a − x_b) / t_ab, and a number below 1 that relaxing any one node keeps it under.
-
-    Attributes
-    ----------
-    compared : (N, n)
-        x_a as a function of the slips e: slips, their negatives, and 0 for the ground.
-    scales : (N, N)
-        t, 0 on the diagonal.
-    ratio
-        For every slip e with V(e) ≤ 1, if node i is set to where either of its limits is met, no
-        difference to another node exceeds this share of its scale.
-    """
-
-    compared: FloatArray
-    scales: FloatArray
-    ratio: float
-
-
 @once_per_problem
-def difference_gauge(problem: Problem) -> DifferenceGauge | None:
-    """Scales t such that slip cannot raise V, if they are found; worked out once per problem.
+def difference_gauge(problem: Problem) -> float | None:
+    """A number below 1 that relaxing any one node keeps V(e) = max (e_a − e_b) / t_ab under, if one is found.
 
-    With e_j = c_i·e where a limit of node i is met, Σ_k c_ik = 1 (what is missing is the weight of the
-    ground, and nothing is missing where the body floats), the negative weights m are set off against the
-    positive ones p in equal shares:
+    For every slip e with V(e) ≤ 1, if node i is set to where either of its limits is met, no difference to
+    another node, or to the ground at 0, exceeds this share of its scale t. With e_j = c_i·e where a limit of
+    node i is met, Σ_k c_ik = 1 (what is missing is the weight of the ground, and nothing is missing where the
+    body floats), the negative weights m are set off against the positive ones p in equal shares:
 
         c_i·e − e_j = (Σ_l p_l (e_l − e_j) + Σ_kl m_k p_l (e_l − e_k)) / Σ p
                     ≤ (Σ_l p_l t_lj + Σ_kl m_k p_l t_lk) / Σ p.
 
     The largest of these on both sides, as new scales, is a monotone map of the old ones; it is iterated
-    until it makes all of them smaller. A node counts the way it goes in the softest slip of the joint; of few
-    nodes e_k is compared with −e_j as well, and c e_k = (−c)(−e_k) is taken for positive or negative row by
-    row, whichever bounds less: which way tangents point is no matter. None where that does not end, where a
-    node is at its own critical friction, and where a rigid slip leaves a node behind or there are two.
+    until it makes all of them smaller. A node counts the way it goes in the softest slip of the joint. None
+    where that does not end, where a node is at its own critical friction, and where a rigid slip leaves a
+    node behind or there are two. Worked out once per problem.
 
     Examples
     --------
     >>> import shakedown
-    >>> difference_gauge(shakedown.example("two-node")).ratio < 1
+    >>> difference_gauge(shakedown.example("two-node")) < 1
     True
     >>> difference_gauge(shakedown.example("three-node")) is None
     True
     """
-    known = _weights(problem)
-    if known is None:
+    weights = _weights(problem)
+    if weights is None:
         return None
-    weights, compared = known
     n, nodes = weights.shape[1:]
-    if nodes > n and n <= ALL_PAIRS_UP_TO:  # each sweep takes n⁵ steps
-        return _with_sums(weights[:, :, :n], np.vstack([compared[:n], -compared[:n], compared[n:]]))
     p, m = np.maximum(weights, 0.0), np.maximum(-weights, 0.0)
-    total = p.sum(axis=2)
+    total, apart = p.sum(axis=2), ~np.eye(nodes, dtype=bool)
     if not np.all(total > 0.0):
         return None
+
+    def largest(t: FloatArray) -> FloatArray:
+        """How far above node j node i comes at most when it is relaxed, on either side (n, nodes)."""
+        above = p @ t
+        offset = np.einsum("sik,sik->si", m, above)
+        return np.asarray(((above + offset[:, :, None]) / total[:, :, None]).max(axis=0))
+
     t = 1.0 - np.eye(nodes)
     for _ in range(SWEEPS):
         new = np.zeros((nodes, nodes))
-        new[:n] = _largest(p, m, total, t)
-        new[:, :n] = np.maximum(new[:, :n], _largest(p, m, total, t.T).T)
-        least, ratio, smaller = _compared(new, t)
-        if ratio < 1.0 - NEGLIGIBLE:
-            return DifferenceGauge(compared, t, ratio)
-        if least >= 1.0:
+        new[:n] = largest(t)
+        new[:, :n] = np.maximum(new[:, :n], largest(t.T).T)
+        shares = new[apart] / t[apart]
+        if shares.max() < 1.0 - NEGLIGIBLE:
+            return float(shares.max())
+        if shares.min() >= 1.0:
             return None
-        t = smaller
+        t = np.where(apart, np.maximum(new / (new[apart].max() or 1.0), SIX_DIGITS), 0.0)
     return None
 
 
-def _compared(new: FloatArray, t: FloatArray) -> tuple[float, float, FloatArray]:
-    """The least and the largest share of new scales in old ones, and the new ones relative to the largest."""
-    apart = ~np.eye(len(t), dtype=bool)
-    shares, largest = new[apart] / t[apart], new[apart].max()
-    smaller = np.where(apart, np.maximum(new / (largest or 1.0), SIX_DIGITS), 0.0)
-    return float(shares.min()), float(shares.max()), smaller
+def _weights(problem: Problem) -> FloatArray | None:
+    """c of both limits of every node, in units in which a rigid slip is 1 everywhere; the ground comes last.
 
-
-def _with_sums(weights: FloatArray, compared: FloatArray) -> DifferenceGauge | None:
-    """The gauge that compares x = (e, −e, 0): t is symmetric, and the same for (e_i, e_j) and (−e_i, −e_j).
-
-    ``weights`` (2, n, n): c. Of each row some terms are ``taken`` for negative, beside −x_a: the ground takes
-    what is missing on either side.
-    """
-    n, nodes = weights.shape[1], len(compared)
-    c = weights.reshape(-1, n)
-    size = np.abs(c)
-    place = np.where(c >= 0.0, 0, n) + np.arange(n)  # of |c| x
-    opposite, own = np.append(np.roll(np.arange(2 * n), n), 2 * n), np.arange(n)
-    taken = np.repeat(c[:, None] < 0.0, nodes, axis=1)
-    t, unsettled = 1.0 - np.eye(nodes), True
-    for _ in range(SWEEPS):
-        bound = _set_off(size, taken, place, opposite, t)
-        flips = [*(taken ^ (own == k) for k in own), ~taken] if unsettled else []
-        unsettled = False
-        for each in flips:
-            other = _set_off(size, each, place, opposite, t)
-            better = other < bound * (1.0 - NEGLIGIBLE)
-            taken = np.where(better[:, :, None], each, taken)
-            bound, unsettled = np.where(better, other, bound), unsettled or bool(better.any())
-        bound = bound.reshape(2, n, nodes).max(axis=0)
-        new = np.vstack([bound, bound[:, opposite], np.zeros((1, nodes))])
-        new = np.maximum(new, new.T)
-        new[own, n + own] = new[n + own, own] = 2.0 * new[own, -1]
-        least, ratio, smaller = _compared(new, t)
-        if ratio < 1.0 - NEGLIGIBLE:
-            return DifferenceGauge(compared, t, ratio)
-        if least >= 1.0 and not unsettled:
-            return None
-        t = smaller
-    return None
-
-
-def _largest(p: FloatArray, m: FloatArray, total: FloatArray, t: FloatArray) -> FloatArray:
-    """How far above node j node i comes at most when it is relaxed, on either side (n, nodes)."""
-    above = p @ t
-    offset = np.einsum("sik,sik->si", m, above)
-    return np.asarray(((above + offset[:, :, None]) / total[:, :, None]).max(axis=0))
-
-
-def _set_off(
-    size: FloatArray,
-    taken: NDArray[np.bool_],
-    place: NDArray[np.intp],
-    opposite: NDArray[np.intp],
-    t: FloatArray,
-) -> FloatArray:
-    """How far above each x_a a relaxed row comes at most (rows, N), with these terms taken for negative."""
-    p, m = np.where(taken, 0.0, size[:, None]), np.where(taken, size[:, None], 0.0)
-    ground = 1.0 + m.sum(axis=2) - p.sum(axis=2)  # its weight
-    above, below = np.maximum(ground, 0.0), np.maximum(-ground, 0.0)
-    to_ground = t[place, -1][:, None]
-    sums = ((p @ t[place[:, :, None], opposite[place][:, None]]) * m).sum(axis=2)
-    sums += (p * t[place].transpose(0, 2, 1)).sum(axis=2) + below * (p * to_ground).sum(axis=2)
-    sums += above * ((m * to_ground).sum(axis=2) + t[-1])
-    return np.asarray(sums / (p.sum(axis=2) + above))
-
-
-def _weights(problem: Problem) -> tuple[FloatArray, FloatArray] | None:
-    """c of both limits of every node, in units in which a rigid slip is 1 everywhere, and what it is about.
-
-    The ground comes last. Where something holds the joint units are signs: those of its softest slip.
+    Where something holds the joint units are signs: those of the slip that meets least resistance.
     """
     A, fB, rigid = problem.A, problem.law.limit_rows(problem.B), rigid_slips(problem)
     floats = rigid.motions.shape[1]
-    z = rigid.motions[:, 0] if floats else _softest(A)
+    if floats:
+        z = rigid.motions[:, 0]
+    else:
+        size = np.sqrt(np.where(np.diag(A) > 0.0, np.diag(A), 1.0))
+        z = np.where(np.linalg.eigh(A / np.outer(size, size))[1][:, 0] < 0.0, -1.0, 1.0)
     if floats > 1 or not np.all(z) or rigid.doubt:
         return None
     weights = relaxed(A * z * z[:, None], fB * z * np.abs(z)[:, None])
-    if weights is None:
-        return None
-    compared = np.diag(1.0 / z)
-    if floats:
-        return weights, compared
-    ground = (1.0 - weights.sum(axis=2))[:, :, None]
-    return np.concatenate([weights, ground], axis=2), np.vstack([compared, np.zeros(problem.n)])
-
-
-def _softest(A: FloatArray) -> FloatArray:
-    """The signs (n,) of the slip that meets least resistance, every node in units of its own."""
-    size = np.sqrt(np.where(np.diag(A) > 0.0, np.diag(A), 1.0))
-    return np.where(np.linalg.eigh(A / np.outer(size, size))[1][:, 0] < 0.0, -1.0, 1.0)
+    if weights is None or floats:
+        return weights
+    return np.concatenate([weights, (1.0 - weights.sum(axis=2))[:, :, None]], axis=2)

@@ -6,12 +6,14 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.linalg import null_space
 
-from shakedown.bounds.uniqueness.coupling import coupling_limit, energy_limit
-from shakedown.bounds.uniqueness.moving_sets import (
+from shakedown.bounds.uniqueness.coupling import (
     LARGEST_SET,
+    NEVER,
+    LostAt,
     ScaledStiffness,
+    coupling_limit,
+    energy_limit,
     first_to_lose,
-    first_with_open_nodes,
     held,
     scaled_stiffness,
     slipping_sets,
@@ -88,7 +90,7 @@ def wedging_threshold(stiffness: ScaledStiffness, safe: float) -> Wedging:
     Examples
     --------
     >>> import numpy as np, shakedown
-    >>> from shakedown.bounds.uniqueness.moving_sets import scaled_stiffness
+    >>> from shakedown.bounds.uniqueness.coupling import scaled_stiffness
     >>> one = scaled_stiffness(shakedown.example("one-node"), np.ones(1), shakedown.Tolerances())
     >>> round(wedging_threshold(one, 0.0).value, 6)
     2.0
@@ -274,26 +276,29 @@ def friction_thresholds(problem: Problem, *, tolerances: Tolerances = DEFAULT) -
             anywhere = replace(contact, low=min(anywhere.low, contact.high))
     # Self-stress A v = t S φ B v, S between −1 and 1, needs a determinant that vanishes at t or below.
     safe = contact.low * stiffness.friction_unit if held(stiffness.A, stiffness.tolerances) else 0.0
+    wedging = sought(wedging_threshold, stiffness, safe)
+    if isinstance(wedging, Missing):  # a program of the search failed: what is known without it
+        low, no_slip = safe / stiffness.friction_unit, np.full(stiffness.n, np.nan)
+        wedging = Wedging(low, np.inf, no_slip, reason=wedging.reason)
+    a, b = np.diag(stiffness.A), np.abs(np.diag(stiffness.B))
     return FrictionThresholds(
-        single_node=_single_node(stiffness),
+        single_node=np.where(b > 0, a / np.where(b > 0, b, 1.0), np.inf),
         factor=factor,
         uniqueness_in_contact=contact,
         uniqueness=anywhere,
-        wedging=_wedging(stiffness, safe),
+        wedging=wedging,
     )
 
 
-def _wedging(stiffness: ScaledStiffness, safe: float) -> Wedging:
-    """Where a program of the search fails, what is known without it."""
-    found = sought(wedging_threshold, stiffness, safe)
-    if not isinstance(found, Missing):
-        return found
-    return Wedging(safe / stiffness.friction_unit, np.inf, np.full(stiffness.n, np.nan), reason=found.reason)
-
-
-def _single_node(stiffness: ScaledStiffness) -> FloatArray:
-    a, b = np.diag(stiffness.A), np.abs(np.diag(stiffness.B))
-    return np.where(b > 0, a / np.where(b > 0, b, 1.0), np.inf)
+def first_with_open_nodes(stiffness: ScaledStiffness) -> LostAt:
+    """Where uniqueness is lost first, by any slipping nodes beside any choice of open ones."""
+    first, nodes = NEVER, range(stiffness.n)
+    for separated in [(), *slipping_sets(stiffness.n, stiffness.n - 1)]:
+        rest, joint = [i for i in nodes if i not in separated], stiffness.opened(separated)
+        lost = NEVER if joint is None else first_to_lose(joint, slipping_sets(joint.n))
+        if lost.factor < first.factor:
+            first = replace(lost, slipping=tuple(rest[i] for i in lost.slipping), separated=separated)
+    return first
 
 
 def _uniqueness(stiffness: ScaledStiffness, *, separation: bool) -> Threshold:

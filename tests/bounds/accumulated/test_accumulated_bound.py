@@ -12,9 +12,7 @@ import shakedown
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from benchmarks.problems import random_problem
 from shakedown import Problem
-from shakedown.bounds.accumulated.accumulated_bound import Start, confirmed, total_slip_bound
-from shakedown.bounds.accumulated.arc_search import Arcs, Lids
-from shakedown.joint.constraints import loading
+from shakedown.bounds.accumulated.accumulated_bound import confirmed, total_slip_bound
 
 
 def example(name: str, **changes: object) -> Problem:
@@ -149,30 +147,24 @@ def test_the_order_of_the_loads_does_not_matter() -> None:
         assert there.load_factor == here.load_factor
 
 
-def lids_and_arcs(bound: shakedown.Bound) -> tuple[Arcs, Lids]:
-    assert bound.arcs is not None
-    arcs, N = bound.arcs, bound.arcs.hindered
-    return Arcs(arcs.node, arcs.first, arcs.last), Lids(arcs.lid, N, np.linalg.inv(np.eye(len(N)) - N))
-
-
 def test_the_check_notices_what_is_wrong() -> None:
     """A larger load, a lower lid, a slip that hinders more, a start farther off, an arc less."""
     problem = shakedown.example("three-node")
     bound = shakedown.accumulated_bound(problem)
-    arcs, lids = lids_and_arcs(bound)
-    start, at = Start(bound.initial_slip, bound.start_error), bound.load_factor
+    arcs = bound.arcs
+    assert arcs is not None
 
-    def holds(start=start, at=at, arcs=arcs, **changes) -> bool:
-        return confirmed(problem, start, at, arcs, replace(lids, **changes))
+    def holds(at=bound.load_factor, off=0.0, **changes) -> bool:
+        return confirmed(problem, bound.initial_slip, bound.start_error + off, at, replace(arcs, **changes))
 
     assert holds()
-    assert not holds(at=at * 1.01)
-    assert not holds(a=lids.a * 0.99)
-    assert not holds(N=lids.N * 0.99) or not lids.N.any()
-    assert not holds(start=Start(start.slip, start.error + 0.01 * bound.total_slip.max()))
-    fewer = Arcs(arcs.node[1:], arcs.first[1:], arcs.last[1:])
-    part = lids.N[1:, 1:]
-    assert not holds(arcs=fewer, a=lids.a[1:], N=part, inverse=np.linalg.inv(np.eye(len(part)) - part))
+    assert not holds(at=bound.load_factor * 1.01)
+    assert not holds(lid=arcs.lid * 0.99)
+    assert not holds(hindered=arcs.hindered * 0.99) or not arcs.hindered.any()
+    assert not holds(off=0.01 * bound.total_slip.max())
+    fewer = {name: getattr(arcs, name)[1:] for name in ("node", "first", "last", "lid")}
+    part = arcs.hindered[1:, 1:]
+    assert not holds(**fewer, hindered=part, inverse=np.linalg.inv(np.eye(len(part)) - part))
 
 
 def test_a_start_that_is_not_known_well_proves_less() -> None:

@@ -9,7 +9,7 @@ from bounds.energy.joints import one_node, strong_joint
 
 import shakedown
 from shakedown import Problem
-from shakedown.bounds.energy.exact_check import ExactBall
+from shakedown.bounds.energy.energy_bound import ExactBall
 
 NONE = np.zeros((0, 2))  # shares are given with two directions only
 TWO = Problem(  # A⁻¹ = I / 2: B_0 A⁻¹ B_0ᵀ = 1/2 + 1/8, less B_00²/A_00 = 1/2: γ_0² = 1/8; γ_1 = 0

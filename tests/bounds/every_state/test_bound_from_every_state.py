@@ -10,8 +10,8 @@ from scipy.optimize import linprog
 import shakedown
 from benchmarks.problems import random_problem
 from shakedown import Problem
-from shakedown.bounds.every_state.least_pressures import least_pressures
-from shakedown.bounds.every_state.rates import scaled_joint, unique_rates
+from shakedown.bounds.every_state.bound_of_floating import unique_rates
+from shakedown.bounds.every_state.least_pressures import least_pressures, scaled_joint
 from shakedown.bounds.every_state.universal_bound import least_pressure_bound, universal_bound
 from shakedown.joint.constraints import loading
 

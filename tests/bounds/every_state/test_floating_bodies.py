@@ -8,8 +8,8 @@ from difficult_joints import floating_joint
 
 import shakedown
 from shakedown import Problem, universal_bound
-from shakedown.bounds.every_state.least_pressures import pressures_of_floating
-from shakedown.bounds.every_state.rates import rigid_rates, scaled_joint
+from shakedown.bounds.every_state.bound_of_floating import rigid_rates
+from shakedown.bounds.every_state.least_pressures import pressures_of_floating, scaled_joint
 from shakedown.bounds.every_state.universal_bound import least_pressure_bound
 from shakedown.joint.constraints import loading
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from shakedown import Problem
-from shakedown.bounds.every_state.rates import ScaledJoint, energy_margin, scaled_joint, unique_rates
+from shakedown.bounds.every_state.bound_of_floating import energy_margin, unique_rates
+from shakedown.bounds.every_state.least_pressures import ScaledJoint, scaled_joint
 
 SETS = [list(each) for size in (1, 2, 3) for each in combinations(range(3), size)]
 LOOP = {"q_w": np.zeros((1, 6)), "p_w": np.ones((1, 3))}

@@ -14,13 +14,11 @@ from shakedown.bounds.uniqueness.coupling import (
     coupling,
     coupling_limit,
     energy_limit,
-    row_coupling_ratio,
-    unique_in_contact,
-)
-from shakedown.bounds.uniqueness.moving_sets import (
     first_to_lose,
+    row_coupling_ratio,
     scaled_stiffness,
     slipping_sets,
+    unique_in_contact,
 )
 
 

@@ -6,8 +6,8 @@ import pytest
 import shakedown
 from benchmarks.problems import joint
 from shakedown import Problem
+from shakedown.bounds.uniqueness.coupling import scaled_stiffness
 from shakedown.bounds.uniqueness.friction_thresholds import PROGRAMS, friction_used
-from shakedown.bounds.uniqueness.moving_sets import scaled_stiffness
 from shakedown.ground.constants import SIX_DIGITS
 
 

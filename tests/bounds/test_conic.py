@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.bounds.independent_solver import conic_upper_bound
+from shakedown.bounds.independent_solver import conic_upper_bound, solve_conic
 from shakedown.ground.errors import UsageError
-from shakedown.programs.conic import solve_conic
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.self_dual import solve_discs
 
