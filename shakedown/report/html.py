@@ -39,19 +39,10 @@ from shakedown.plot.patch_places import (
 )
 from shakedown.plot.paths import extreme_rows, work_of_nodes
 from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, Styles
+from shakedown.report import run_facts
 from shakedown.report.data_facts import configuration, joint_facts, open_in_words, resolution, source_facts
 from shakedown.report.facts import TOGETHER, Section, as_text, notes
 from shakedown.report.limit_facts import limit_sections
-from shakedown.report.run_facts import (
-    banner_class,
-    findings,
-    limits_on_page,
-    provenance,
-    remarks_of,
-    runs_section,
-    verify_sheet,
-    worst_table,
-)
 
 STATE = "State at λ = 1"
 REPORT = "shakedown-bounds verify"  # the first entry of a report's JSON
@@ -118,12 +109,12 @@ def _is_a_reports(path: Path) -> bool:
 @on_one_thread
 def render(v: Verification) -> str:
     """A verification as one self-contained HTML page."""
-    sheet = replace(verify_sheet(v), sections=list(_sections(v)))
+    sheet = replace(run_facts.verify_sheet(v), sections=list(_sections(v)))
     known = {
         "title": shortened(v.problem.name) or "unnamed problem",
         "sheet": sheet,
-        "findings": findings(v),
-        "verdict_class": banner_class(v),
+        "findings": run_facts.findings(v),
+        "verdict_class": run_facts.banner_class(v),
         "scale": scale_picture(v),
         "view": contact_to_turn(v),
         "view_in": STATE,
@@ -137,16 +128,18 @@ def _sections(v: Verification) -> Iterator[Section]:
     problem = v.problem
     limits, rest, slips = limit_sections(v.assessment, simulated=True)
     yield limits
-    yield replace(rest, notes=[*rest.notes, *remarks_of(v)], pictures=limit_pictures(v))
+    yield replace(rest, notes=[*rest.notes, *run_facts.remarks_of(v)], pictures=limit_pictures(v))
     yield Section("Runs", pictures=run_pictures(v))
-    yield replace(runs_section(v), title=f"Table of {count(len(v.runs), 'run')}", folded=True)
-    worst = [worst_table(problem, v.nodes)] if v.nodes.period else []
+    yield replace(run_facts.runs_section(v), title=f"Table of {count(len(v.runs), 'run')}", folded=True)
+    worst = [run_facts.worst_table(problem, v.nodes)] if v.nodes.period else []
     said = [each for each in [no_pictures(v)] if each]
     said += [notes.summed, notes.mesh_at_edges, notes.all_nodes] if worst else []
     yield Section(STATE, (), worst, said, state_pictures(v))
     yield Section("Joint", joint_facts(problem), pictures=problem_pictures(problem))
     yield replace(slips, title=f"Safe slip of {count(problem.n, 'node')}", folded=True)
-    yield Section("Provenance", [*source_facts(problem), *provenance(v)], (), [notes.assumed, notes.not_said])
+    yield Section(
+        "Provenance", [*source_facts(problem), *run_facts.provenance(v)], (), [notes.assumed, notes.not_said]
+    )
 
 
 def environment() -> Environment:
@@ -183,7 +176,7 @@ THICK = 3.0  # width of the first line, in points
 
 def scale_picture(v: Verification) -> Picture:
     """Every limit of the load factor on one scale, with λ = 1; in two sizes, of which the page shows one."""
-    marks, known, opened = limits_on_page(v), v.limits.from_state, v.limits.open_nodes
+    marks, known, opened = run_facts.limits_on_page(v), v.limits.from_state, v.limits.open_nodes
     here, everywhere = np.nan_to_num([known.load_factor, v.limits.universal.load_factor], posinf=np.inf)
     bands = {"proved": (0.0 if everywhere >= here else known.least_load_factor, max(here, everywhere))}
     state = f"with {open_in_words(opened, v.problem)} open" if opened else "from this state"
