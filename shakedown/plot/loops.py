@@ -217,47 +217,6 @@ def load_loop(
     return finished(axes, *names, title=f"λ = {load_factor:g}")
 
 
-@checked
-def load_orbits(
-    problem: Problem, nodes: int | Iterable[int] = 0, *, load_factor: float = 1.0, ax: Axes | None = None
-) -> Axes:
-    """The loading of nodes, q_w/(f p_w) over a period: within the disc it does not move a node by itself.
-
-    Parameters
-    ----------
-    problem
-        A joint with two directions, and its loading.
-    nodes
-        Which one, or which ones.
-    load_factor
-        λ, the factor on the periodic part.
-    ax
-        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
-
-    Raises
-    ------
-    UsageError
-        If there is no such node, or the joint has one direction.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> from shakedown import plot
-    >>> plot.load_orbits(shakedown.example("one-node-3d")).get_ylabel()
-    'q_w / f p in y [–]'
-    """
-    require_space("picture of load orbits", problem)
-    q, p = (np.vstack([part, part[:1]]) for part in loading(problem).at(load_factor))
-    axes = _disc(ax)
-    for colour, node in _chosen(nodes, problem.n):
-        use = _use(problem, q, p, node)
-        # Reactions of nodes that hardly press are many times their limit.
-        use = np.where((np.abs(use) <= style.FARTHEST).all(axis=1, keepdims=True), use, np.nan)
-        _draw_load(axes, use.T, colour, node_name(node, problem))
-    axes.plot([], [], "o", mfc="white", color=style.GREY, label="first load step")
-    return finished(axes, "q_w / f p in x [–]", "q_w / f p in y [–]", title=f"λ = {load_factor:g}")
-
-
 def load_title(problem: Problem, load: int) -> str:
     """How a load is called: by its name where the problem has one for each."""
     names = problem.load_names or ()

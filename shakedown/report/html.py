@@ -386,15 +386,12 @@ def instants(path: EventHistory) -> list[float]:
 
 
 def problem_pictures(problem: Problem) -> list[Picture]:
-    """Nodes and the loads on them; the loads within the limits of a few nodes, or of all; their sums."""
-    few, space = problem.n <= SIDE_BY_SIDE, in_space(problem)
+    """Nodes and the loads on them; in the plane the loads of a few nodes within their limits; their sums."""
+    space = in_space(problem)
     draws = (plot.loads_over_patch, plot.welded_pressure_over_patch) if space else (plot.contact,)
-    drawings = _panels(problem, *(partial(draw, problem) for draw in draws[: 1 if few else 2]))
-    if few:
-        each = plot.load_orbits if space else plot.load_loop
-        drawings.append(Drawing(partial(each, problem, range(problem.n))))
-    elif not space:
-        drawings.append(Drawing(partial(plot.loads_along, problem)))
+    drawings = _panels(problem, *(partial(draw, problem) for draw in draws))
+    if problem.n <= SIDE_BY_SIDE and not space:
+        drawings.append(Drawing(partial(plot.load_loop, problem, range(problem.n))))
     drawings.append(Drawing(partial(plot.loads_in_time, problem)))
     return [picture(f"{notes.loads}{_left_out(problem)}", *drawings)]
 
