@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -148,14 +147,16 @@ def map_facts(found: InitialStateMap) -> list[Fact]:
     outcome, period = found.outcome[found.sampled], found.period[found.sampled]
     leave = np.count_nonzero((outcome == "separation") & (period == 0))
     facts += [Fact("of these leave for good", str(leave))] * bool(leave)
-    facts += undecided(found)
     if found.undecided < found.sampling.states:
         least, first, median, third, most = without_round_off(found.dissipation_quartiles, none)
         size = " … ".join(dict.fromkeys(map(number, (least, most))))
         spread = f"quartiles {number(first)}, {number(median)}, {number(third)}" if "…" in size else ""
         facts.append(Fact("dissipation per cycle", f"{size} {unit.work}".rstrip(), note=spread))
         facts.append(Fact("same outcome", KNOWN[found.same_outcome], note="for all states tried"))
-        facts.append(Fact("same final state", KNOWN[found.unique], note=found.evidence))
+        facts.append(Fact("same final state", KNOWN[found.unique], note="for all states tried"))
+        if found.unique is False and found.scatter.spread > 0.0:
+            note = f"largest {sized(found.scatter.largest, unit.length)}"
+            facts.append(Fact("slips at rest differ by", found.scatter.spread, unit.length, "up", note))
     criterion = found.slip_criterion
     if criterion is not None:
         who = "every state" if criterion["met"] else f"{per_cent(criterion['met_fraction'])} of the states"
@@ -164,17 +165,6 @@ def map_facts(found: InitialStateMap) -> list[Fact]:
         facts.append(Fact(label, f"from {who}", note=largest))
     if kind := found.region_type:
         facts.append(Fact("regions of slip space", f"type ({kind})", note=REGION_TYPES[kind]))
-    return facts
-
-
-def undecided(found: InitialStateMap) -> list[Fact]:
-    """Why states are undecided, and whether more cycles can help."""
-    facts = []
-    for one in found.undecided_reasons:
-        more = "; more --cycles may decide" * one.more_cycles
-        again = sum(each.count for each in found.undecided_reasons)
-        known = f"{one.count} of {again} looked at again{more}"
-        facts.append(Fact("undecided because", one.reason, note=known))
     return facts
 
 
@@ -223,11 +213,8 @@ def _over_load_factors(found: InitialStateMaps, path: list[str]) -> list[Section
         met = [one.slip_criterion["met_fraction"] for one in maps if one.slip_criterion is not None]
         shares[f"below {number(first.slip_below)}"] = [per_cent(part) for part in met]
     facts = [Fact("at every load factor", states(first))]
-    for one in maps:
-        facts += [
-            replace(fact, label=f"undecided at {at_lambda(one.load_factor)}") for fact in undecided(one)
-        ]
-    facts += [Fact(at_lambda(each.load_factor), "no energy ball", note=each.reason) for each in found.missing]
+    for each in found.missing:
+        facts.append(Fact(at_lambda(each["load_factor"]), "no energy ball", note=each["reason"]))
     table = Table.of(load_factors | shares, ())
     return [
         Section(tables=[Table.of(load_factors | named, list(named))]),
