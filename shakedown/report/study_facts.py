@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.bounds.registry import BOUNDS, Claim
-from shakedown.ground.constants import EACH_SHOWN
-from shakedown.ground.shown_values import DIGITS, at_lambda, count, few, shortened, sized, with_unit
+from shakedown.ground.shown_values import DIGITS, at_lambda, count, shortened, sized, with_unit
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.joint.units import units_of
 from shakedown.report.data_facts import headline, node_column, open_in_words, resolution, without_round_off
-from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, notes, number
+from shakedown.report.facts import Fact, Section, Sheet, Table, notes, number
 from shakedown.report.run_facts import DOES
 
 if TYPE_CHECKING:
@@ -240,26 +238,21 @@ SHOWN = 5  # digits of limits and of the points of a curve
 
 
 def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> Sheet:
-    """Where the joint is safe under a load factor, where it does best, every limit at every point.
+    """The region of a load factor and every limit at every point; what contradicts, where there is no joint.
 
     Examples
     --------
     >>> import shakedown
     >>> joint = shakedown.example("two-node")
     >>> found = shakedown.sweep(joint, {"f": [0.2, 0.4, 0.6]})
-    >>> for fact in sweep_sheet(joint, found, 0.7).facts[:3]:
-    ...     print(fact.label, fact.value, sep=": ")
-    at λ = 0.7 proved from every state: f = 0.4
-    at λ = 0.7 proved from this state: f = 0.6
-    at λ = 0.7 impossible: f = 0.2
+    >>> for row in sweep_sheet(joint, found, 0.7).sections[0].tables[0].rows:
+    ...     print(*row[:2], sep=" | ")
+    0.2 | impossible
+    0.4 | every state
+    0.6 | this state
     """
     regions, here = found.regions(load_factor), f"at λ = {load_factor:g}"
     facts = [Fact("contradiction", text) for text in found.contradictions]
-    for name in [*REGIONS][:-1]:
-        if name in regions:
-            text = name if name.startswith("proved") else REGIONS[name]
-            facts.append(Fact(f"{here} {text}", _places(found, regions == name)))
-    facts += _largest(found) if len(found.points) > 1 else []
     missing = [point for point in found.points if not point["exists"]]
     for point in missing[:1]:
         where = f"at {len(missing)} of {len(found.points)} points"
@@ -267,7 +260,14 @@ def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> She
     said = [notes.at_values] * (len(found.points) > 1) + [notes.load_domain] * problem.is_domain
     said += [notes.of_zones] * bool(found.in_zone.any())
     limits = {here: [REGIONS[str(name)] for name in regions.ravel()]}
-    for heading, (_, sizes, way) in _limits(found).items():
+    for name in found.bounds:
+        claim = BOUNDS[name].claim
+        sizes = found.from_this_state if claim == Claim.THIS_STATE else found.of_joint(name)
+        heading = BOUNDS[name].symbol
+        way: Rounding = "up" if claim in (Claim.IMPOSSIBLE, Claim.CREEP) else "down"
+        if claim in CLAIMED:  # what is not proved of a zone with open nodes may be of the whole joint
+            sizes = np.where(found.in_zone & (sizes == 0.0), np.nan, sizes)
+            heading = claim.removeprefix("proved from ").removesuffix(" above")
         limits[heading] = [number(size, SHOWN, way) for size in sizes.ravel()]
     sections = [Section("", (), [_table(found, limits)], said)]
     simulated = {
@@ -281,45 +281,6 @@ def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> She
     if simulated:
         sections.append(Section("Simulated from this state", (), [_table(found, simulated)]))
     return Sheet(headline(problem, limits=True), (), None, facts, sections)
-
-
-def _limits(found: Sweep) -> dict[str, tuple[Claim, FloatArray, Rounding]]:
-    """The limits that were asked for, by the headings of their columns; proofs from this state are one."""
-    limits: dict[str, tuple[Claim, FloatArray, Rounding]] = {}
-    for name in found.bounds:
-        claim = BOUNDS[name].claim
-        heading = claim.removeprefix("proved from ").removesuffix(" above")
-        values = found.from_this_state if claim == Claim.THIS_STATE else found.of_joint(name)
-        rounding: Rounding = "up" if claim in (Claim.IMPOSSIBLE, Claim.CREEP) else "down"
-        if claim in CLAIMED:  # what is not proved of a zone with open nodes may be of the whole joint
-            values = np.where(found.in_zone & (values == 0.0), np.nan, values)
-        limits[heading if claim in CLAIMED else BOUNDS[name].symbol] = claim, values, rounding
-    return limits
-
-
-def _largest(found: Sweep) -> Iterator[Fact]:
-    """Where each limit is largest."""
-    for claim, values, rounding in _limits(found).values():
-        if claim in CLAIMED and np.isfinite(values).any() and not np.isinf(values).any():
-            largest = float(np.nanmax(values))
-            tied = values >= largest * (1.0 - 10.0**-DIGITS)  # differences that are not shown
-            where = "at every point" if tied.all() else f"at {_places(found, tied)}"
-            yield Fact(f"largest “{claim}”", largest, rounding=rounding, note=where)
-
-
-def _places(found: Sweep, chosen: NDArray[np.bool_]) -> str:
-    """Some of the computed points: by value where they are few, else how many."""
-    places = np.argwhere(chosen)
-    if len(places) > (EACH_SHOWN if len(found.parameters) == 1 else 1):
-        return f"{len(places)} of {chosen.size} points"
-    return ", ".join(_valued(found, axis, at.tolist()) for axis, at in enumerate(places.T))
-
-
-def _valued(found: Sweep, axis: int, places: list[int]) -> str:
-    """A parameter with some of its values; with × where they are factors."""
-    values = ", ".join(few(found.values[axis][k], DIGITS) for k in places)
-    name = f"{found.meanings[axis]} ×" if found.is_factor(axis) else f"{found.parameters[axis]} ="
-    return f"{name} {values}"
 
 
 def _table(found: Sweep, columns: dict[str, list[str]]) -> Table:
