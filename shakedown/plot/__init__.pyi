@@ -22,7 +22,6 @@ from .loops import reaction_orbits as reaction_orbits
 from .loops import reactions_in_time as reactions_in_time
 from .loops import slip_orbits as slip_orbits
 from .over_patch import friction_use_at as friction_use_at
-from .over_patch import loads_over_patch as loads_over_patch
 from .over_patch import pressure_over_patch as pressure_over_patch
 from .over_patch import slip_over_patch as slip_over_patch
 from .over_patch import welded_pressure_over_patch as welded_pressure_over_patch

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.collections import EllipseCollection
 from matplotlib.colors import Normalize
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
@@ -183,56 +183,6 @@ def friction_use_at(
     if (state == OPEN).any():
         axes.plot(*places.points[state == OPEN].T, "o", mfc="none", mec=style.GREY, ms=4, ls="", label="open")
     return _finished(axes, places, f"{title}, {_largest('|q| / f p', use, '', 1.0)}")
-
-
-@checked
-def loads_over_patch(
-    problem: Problem, *, load_factor: float = 1.0, patch: int = 0, ax: Axes | None = None
-) -> Axes:
-    """Tangential welded reactions over a patch: the mean as an arrow, the path of its tip over a period.
-
-    All patches have one scale. A mean that is next to nothing has no arrows.
-
-    Parameters
-    ----------
-    problem
-        A joint with two directions, and its loading.
-    load_factor
-        λ, the factor on the periodic part.
-    patch
-        Which part of the contact is drawn, of the ``plot.patch_count(problem)`` that there are.
-    ax
-        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
-
-    Raises
-    ------
-    UsageError
-        If the joint has one direction.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> from shakedown import plot
-    >>> axes = plot.loads_over_patch(shakedown.example("four-node-3d"))
-    >>> [text.get_text() for text in axes.get_legend().get_texts()]
-    ['mean q_w', 'q_w over a period']
-    """
-    places, given = places_of(problem, patch), loading(problem)
-    whole = given.at(load_factor)[0]
-    loop, mean = (problem.layout.by_node(q)[..., places.nodes, :] for q in (whole, given.q0))
-    longest = float(problem.law.size(whole).max())
-    # least length of the longest arrow, as a fraction of the size of the patch
-    reach = max(LONGEST * places.spacing, 0.08 * float(np.ptp(places.points, axis=0).max()))
-    scale, axes = 0.5 * reach / (longest or 1.0), patch_axes(places, ax, ROOM * places.spacing)
-    _nodes(axes, places)
-    if problem.law.size(given.q0).max() > THREE_DIGITS * longest:
-        _arrows(axes, places.points, scale * places.seen(mean), style.BLUE, "mean q_w")
-    tips = places.points + scale * places.seen(loop)
-    ways = np.concatenate([tips, tips[:1]]).swapaxes(0, 1)
-    look: dict[str, Any] = {"colors": style.RED, "linewidths": 0.9, "label": "q_w over a period"}
-    axes.add_collection(LineCollection(list(ways), **look))
-    most = _largest("|q_w|", loop, units_of(problem).force, longest)
-    return _finished(axes, places, f"λ = {load_factor:g}, {most}")
 
 
 @checked

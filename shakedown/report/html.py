@@ -191,7 +191,7 @@ def scale_picture(v: Verification) -> Picture:
 
 
 def run_pictures(v: Verification) -> list[Picture]:
-    """Slip per cycle of the runs, and of two nodes their paths in the slip plane, a panel per load factor."""
+    """Slip per cycle of the runs, a panel per load factor."""
     groups, drawings, resting = [*_by_load_factor(v.runs)], list[Drawing](), list[str]()
     for title, load_factor, runs, styles in groups:
         none = float(resolution(v.problem, load_factor)[0].max())  # up to this there is no slip
@@ -202,15 +202,7 @@ def run_pictures(v: Verification) -> list[Picture]:
             resting.append(title)
     still = f"Not drawn, as nothing slips or no cycle ends: {', '.join(resting)}." * bool(resting)
     said = f"{notes.slip_per_cycle * bool(drawings)} {still}".strip()
-    pictures = [picture(said, *drawings, alike=len(drawings), one_legend=True)]
-    if not in_space(v.problem) and v.problem.n == 2:
-        planes = []
-        for title, load_factor, runs, styles in groups:
-            recorded = {name: run for name, run in runs.items() if run.history is not None}
-            draw = partial(plot.slip_space, v.problem, load_factor, recorded, styles=styles)
-            planes.append(Drawing(draw, title))
-        pictures.append(picture(notes.slip_space, *planes, alike=len(planes), one_legend=True))
-    return pictures
+    return [picture(said, *drawings, alike=len(drawings), one_legend=True)]
 
 
 def _by_load_factor(runs: Sequence[Run]) -> Iterator[tuple[str, float, dict[str, Simulation], Styles]]:
@@ -388,8 +380,7 @@ def instants(path: EventHistory) -> list[float]:
 def problem_pictures(problem: Problem) -> list[Picture]:
     """Nodes and the loads on them; in the plane the loads of a few nodes within their limits; their sums."""
     space = in_space(problem)
-    draws = (plot.loads_over_patch, plot.welded_pressure_over_patch) if space else (plot.contact,)
-    drawings = _panels(problem, *(partial(draw, problem) for draw in draws))
+    drawings = _panels(problem, partial(plot.welded_pressure_over_patch if space else plot.contact, problem))
     if problem.n <= SIDE_BY_SIDE and not space:
         drawings.append(Drawing(partial(plot.load_loop, problem, range(problem.n))))
     drawings.append(Drawing(partial(plot.loads_in_time, problem)))

@@ -15,7 +15,7 @@ from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.joint.units import units_of
 from shakedown.report.data_facts import headline, node_column, open_in_words, resolution, without_round_off
-from shakedown.report.facts import Fact, Section, Sheet, Table, notes, number
+from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, notes, number
 from shakedown.report.run_facts import DOES
 
 if TYPE_CHECKING:
