@@ -9,7 +9,8 @@ import click
 
 import shakedown
 from shakedown.models.importing import templates
-from shakedown.report.data_facts import examples_sheet, import_sheet, written_sheet
+from shakedown.report.data_facts import examples_sheet, headline, import_sheet
+from shakedown.report.facts import Sheet
 
 from . import options
 from .command import Answer, command, remark, say
@@ -34,7 +35,7 @@ def example(name: str | None, output: Path | None) -> Answer:
     shakedown.save_problem(target, problem)
     return Answer(
         lambda: {"example": name, "file": str(target)} | problem.to_dict(),
-        lambda: written_sheet(problem, str(target)),
+        lambda: Sheet([f"wrote {target}", *headline(problem)]),
     )
 
 

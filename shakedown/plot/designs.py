@@ -15,7 +15,7 @@ from shakedown.bounds.registry import BOUNDS, Claim, kinds_of
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import at_lambda, with_unit
-from shakedown.joint.arguments import check_load_factor, checked
+from shakedown.joint.arguments import check_load_factor
 from shakedown.joint.result import Result
 from shakedown.joint.units import units_of
 from shakedown.plot import style
@@ -23,7 +23,6 @@ from shakedown.plot.paths import of_kind
 from shakedown.plot.style import axes_for, finished, node_name
 
 
-@checked
 def basin(found: Result, *, ax: Axes | None = None) -> Axes:
     """Which initial slips shake down, and what the others dissipate (thesis §7.2.1).
 
@@ -119,7 +118,6 @@ def _drawn(found: Any, axes: Axes, points: FloatArray, values: Any, **look: Any)
     return axes.scatter(x, y, s=size, c=values.compressed(), lw=0, rasterized=True, **look)
 
 
-@checked
 def shakedown_share(found: Result, *, ax: Axes | None = None) -> Axes:
     """The share of initial states that shakes down against the load factor, with its confidence interval.
 
@@ -176,7 +174,6 @@ BELOW: dict[str, Any] = {
 BETWEEN = "computed at the dots; between them interpolated, nothing is proved there"
 
 
-@checked
 def regions(diagram: Result, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
     """The regions of a sweep: load factor against one parameter, or two parameters at one load factor.
 

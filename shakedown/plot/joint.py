@@ -11,7 +11,7 @@ from shakedown.assessment.sensitivities import KINDS, Sensitivities
 from shakedown.ground.constants import EACH_SHOWN, PER_CENT, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import with_unit
-from shakedown.joint.arguments import checked, require_plane, require_problem
+from shakedown.joint.arguments import require_plane, require_problem
 from shakedown.joint.constraints import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
@@ -20,7 +20,6 @@ from shakedown.plot.patch_places import in_space
 from shakedown.plot.style import axes_for, draw_arrows, finished, node_name, positions
 
 
-@checked
 def contact(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
     """The contact nodes with their normals, and the loads on them as arrows.
 
@@ -84,7 +83,6 @@ def _plane(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray, Sequen
     return problem.coordinates[:, plane], problem.normal[:, plane], problem.tangent[:, plane], named
 
 
-@checked
 def loads_in_time(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
     """Sums of the welded reactions of all nodes over one period.
 
@@ -131,7 +129,6 @@ def _sums(problem: Problem, q: FloatArray, p: FloatArray) -> dict[str, FloatArra
     return {f"Σ along {'xyz'[k]}, all nodes": total[:, k] for k in np.flatnonzero(loaded)}
 
 
-@checked
 def sensitivity(found: Sensitivities, problem: Problem | None = None, *, ax: Axes | None = None) -> Axes:
     """By how many per cent a bound moves with one per cent more friction, constant load, load amplitude.
 

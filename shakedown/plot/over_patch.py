@@ -12,7 +12,6 @@ from matplotlib.tri import Triangulation
 from shakedown.ground.constants import THREE_DIGITS, FloatArray
 from shakedown.ground.shown_values import SHORT_DIGITS, sized, with_unit
 from shakedown.ground.status import OPEN, SLIP, STICK
-from shakedown.joint.arguments import checked
 from shakedown.joint.constraints import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
@@ -25,10 +24,8 @@ Numbers = tuple[FloatArray, str]  # of all nodes, and their name with its unit
 LONGEST = 0.9  # longest arrow, widest disc or loop, as a fraction of the distance of two nodes
 ROOM = 0.6  # margin around the outer nodes, as a fraction of that distance
 DOT = 3.0  # smallest visible diameter of a node [points]
-LARGEST, SHARE = 8.0, 75.0  # marker size [points]; about SHARE in a row fill a panel
 
 
-@checked
 def pressure_over_patch(
     result: Recorded, problem: Problem, cycle: float | None = None, *, patch: int = 0, ax: Axes | None = None
 ) -> Axes:
@@ -71,7 +68,6 @@ def pressure_over_patch(
     return _coloured(problem, numbers, patch, ax, title)
 
 
-@checked
 def welded_pressure_over_patch(problem: Problem, *, patch: int = 0, ax: Axes | None = None) -> Axes:
     """Mean normal welded reactions p_w over a patch; pressures where node areas are known.
 
@@ -93,7 +89,6 @@ def welded_pressure_over_patch(problem: Problem, *, patch: int = 0, ax: Axes | N
     return _coloured(problem, numbers, patch, ax)
 
 
-@checked
 def slip_over_patch(result: Recorded, problem: Problem, *, patch: int = 0, ax: Axes | None = None) -> Axes:
     """How far each node slips in all along a path, Σ|Δv| in contact, over a patch.
 
@@ -111,7 +106,6 @@ def slip_over_patch(result: Recorded, problem: Problem, *, patch: int = 0, ax: A
     return _coloured(problem, (paths.slip_of_nodes(result, problem), label), patch, ax)
 
 
-@checked
 def work_over_patch(result: Recorded, problem: Problem, *, patch: int = 0, ax: Axes | None = None) -> Axes:
     """Friction work of each node along a path, over a patch; per area where areas are known.
 
@@ -128,7 +122,6 @@ def work_over_patch(result: Recorded, problem: Problem, *, patch: int = 0, ax: A
     return _coloured(problem, paths.work_and_name(paths.work_of_nodes(result), problem), patch, ax)
 
 
-@checked
 def friction_use_at(
     result: Recorded, problem: Problem, cycle: float | None = None, *, patch: int = 0, ax: Axes | None = None
 ) -> Axes:
@@ -185,7 +178,6 @@ def friction_use_at(
     return _finished(axes, places, f"{title}, {_largest('|q| / f p', use, '', 1.0)}")
 
 
-@checked
 def zones_at(
     result: Recorded, problem: Problem, cycle: float | None = None, *, patch: int = 0, ax: Axes | None = None
 ) -> Axes:
@@ -206,7 +198,8 @@ def zones_at(
     places = places_of(problem, patch)
     state = np.abs(now.state[0])[places.nodes]
     axes = patch_axes(places, ax, ROOM * places.spacing)
-    size = float(np.clip(SHARE / np.sqrt(problem.n), DOT, LARGEST))
+    # diameter [points]: about 75 in a row fill a panel
+    size = float(np.clip(75.0 / np.sqrt(problem.n), DOT, 8.0))
     for number, name, shape, colour in kinds:
         (x, y), edge = places.points[state == number].T, style.GREY if colour == "none" else colour
         axes.scatter(x, y, s=size**2, marker=shape, fc=colour, ec=edge, lw=0.8, label=name)

@@ -1,7 +1,7 @@
 """The verification report: one self-contained HTML file with its pictures, and the same as JSON."""
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import groupby
@@ -14,7 +14,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from shakedown import plot
-from shakedown.assessment.verify import Run, Verification
+from shakedown.assessment.verify import Verification
 from shakedown.files.atomic_write import atomic_write_together, check_target
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.constants import EACH_SHOWN, SIX_DIGITS
@@ -25,7 +25,6 @@ from shakedown.ground.work_limit import on_one_thread
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.long_term.conjugate_displacement import load_loops
-from shakedown.long_term.simulation import Simulation
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.event_history import EventHistory
 from shakedown.plot.inline_svg import PANEL, SIDE_BY_SIDE, Drawing, Picture, picture
@@ -38,7 +37,7 @@ from shakedown.plot.patch_places import (
     places_of,
 )
 from shakedown.plot.paths import extreme_rows, work_of_nodes
-from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, Styles
+from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
 from shakedown.report import run_facts
 from shakedown.report.data_facts import configuration, joint_facts, open_in_words, resolution, source_facts
 from shakedown.report.facts import TOGETHER, Section, as_text, notes
@@ -129,7 +128,7 @@ def _sections(v: Verification) -> Iterator[Section]:
     limits, rest, slips = limit_sections(v.assessment, simulated=True)
     yield limits
     yield replace(rest, notes=[*rest.notes, *run_facts.remarks_of(v)], pictures=limit_pictures(v))
-    yield Section("Runs", pictures=run_pictures(v))
+    yield Section("Runs", pictures=[run_picture(v)])
     yield replace(run_facts.runs_section(v), title=f"Table of {count(len(v.runs), 'run')}", folded=True)
     worst = [run_facts.worst_table(problem, v.nodes)] if v.nodes.period else []
     said = [each for each in [no_pictures(v)] if each]
@@ -190,11 +189,18 @@ def scale_picture(v: Verification) -> Picture:
     return picture(caption.strip(), Drawing(draw, size=wide), Drawing(draw, size=narrow))
 
 
-def run_pictures(v: Verification) -> list[Picture]:
+def run_picture(v: Verification) -> Picture:
     """Slip per cycle of the runs, a panel per load factor."""
-    groups, drawings, resting = [*_by_load_factor(v.runs)], list[Drawing](), list[str]()
-    for title, load_factor, runs, styles in groups:
-        none = float(resolution(v.problem, load_factor)[0].max())  # up to this there is no slip
+    drawings, resting = list[Drawing](), list[str]()
+    for (factor, region), group in groupby(v.runs, key=lambda run: (run.simulation.load_factor, run.region)):
+        title, runs = f"{at_lambda(factor)}, {region}", {run.initial: run.simulation for run in group}
+        styles: dict[str, dict[str, Any]] = {}
+        for name in runs:
+            kind, _, index = name.partition(" ")  # as in "random 2"
+            dashes = DASHES[int(index or 0) % len(DASHES)]
+            width = THICK - (THICK - 1.0) * len(styles) / len(runs)  # none hides those below it
+            styles[name] = {"color": COLOURS[kind], "ls": dashes, "lw": width, "label": name}
+        none = float(resolution(v.problem, factor)[0].max())  # up to this there is no slip
         if any(run.cycles.slip.max(initial=0.0) > none for run in runs.values()):
             draw = partial(plot.slip_per_cycle, runs, v.problem, styles=styles, resolution=none)
             drawings.append(Drawing(draw, title))
@@ -202,20 +208,7 @@ def run_pictures(v: Verification) -> list[Picture]:
             resting.append(title)
     still = f"Not drawn, as nothing slips or no cycle ends: {', '.join(resting)}." * bool(resting)
     said = f"{notes.slip_per_cycle * bool(drawings)} {still}".strip()
-    return [picture(said, *drawings, alike=len(drawings), one_legend=True)]
-
-
-def _by_load_factor(runs: Sequence[Run]) -> Iterator[tuple[str, float, dict[str, Simulation], Styles]]:
-    """A panel for each load factor: title, load factor, runs by initial state, and a style for each."""
-    for (factor, region), group in groupby(runs, key=lambda run: (run.simulation.load_factor, run.region)):
-        named = {run.initial: run.simulation for run in group}
-        styles: dict[str, dict[str, Any]] = {}
-        for name in named:
-            kind, _, index = name.partition(" ")  # as in "random 2"
-            dashes = DASHES[int(index or 0) % len(DASHES)]
-            width = THICK - (THICK - 1.0) * len(styles) / len(named)  # none hides those below it
-            styles[name] = {"color": COLOURS[kind], "ls": dashes, "lw": width, "label": name}
-        yield f"{at_lambda(factor)}, {region}", factor, named, styles
+    return picture(said, *drawings, alike=len(drawings), one_legend=True)
 
 
 def limit_pictures(v: Verification) -> list[Picture]:

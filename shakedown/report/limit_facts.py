@@ -35,10 +35,6 @@ if TYPE_CHECKING:
     from shakedown.bounds.uniqueness.friction_thresholds import Threshold, Wedging
     from shakedown.joint.problem import Problem
 
-CLAIM = "shakedown (slip ceases)"
-CLOSED = "full contact"
-UNKNOWN = "–"  # instead of what a claim is valid for
-CAUSES = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
 SAME = 1e-3  # relative difference of two thresholds that is not shown
 NEXT = {
     Said.SHAKEDOWN: ("verify {} -o report.html", "(checks it)"),
@@ -97,8 +93,8 @@ def claims(found: Assessment) -> list[Fact]:
     start = state_in_words(limits.energy, found.problem)
     every, upper = limits.universal, limits.upper
     proved = every if found.proved_from_this_state > here.load_factor else here
-    everywhere = CLOSED + ", transient over" * bool(every.after_transient)
-    corners = CLOSED + ", all corners passed" * found.problem.is_domain
+    everywhere = "full contact" + ", transient over" * bool(every.after_transient)
+    corners = "full contact" + ", all corners passed" * found.problem.is_domain
     return [
         _claim(Claim.EVERY_STATE, found.proved_from_every_state, every, everywhere, zone),
         _claim(Claim.THIS_STATE, found.proved_from_this_state, proved, start, zone),
@@ -108,7 +104,7 @@ def claims(found: Assessment) -> list[Fact]:
 
 def nothing_is_known(found: Assessment) -> bool:
     """Whether every claim is unknown."""
-    return all(claim.note == UNKNOWN for claim in claims(found))
+    return all(claim.note == "–" for claim in claims(found))
 
 
 def _claim(claim: Claim, load_factor: float, bound: Bound, about: str, zone: str) -> Fact:
@@ -118,7 +114,7 @@ def _claim(claim: Claim, load_factor: float, bound: Bound, about: str, zone: str
     if 0 < load_factor < inf:
         return Fact(claim, load_factor, bound.symbol, rounding, about)
     if isnan(load_factor) or (zone and not safe_at_all):
-        return Fact(claim, f"unknown ({zone})" if zone else "unknown", note=UNKNOWN)
+        return Fact(claim, f"unknown ({zone})" if zone else "unknown", note="–")
     if isinf(load_factor):
         return Fact(claim, f"{'no' if rounding == 'up' else 'any'} load factor", note=about)
     return Fact(claim, "0" if rounding == "up" else "not proved", note=about)
@@ -152,8 +148,9 @@ def claims_table(problem: Problem, known: list[Fact], digits: int = FEW_DIGITS) 
     """Claim, load factor, the user's loads, margin to the nominal load, where it holds: a row each."""
     sizes = [(claim.value if isinstance(claim.value, float) else nan, claim.rounding) for claim in known]
     texts = facts.limits_as_text(sizes, digits)
+    claimed = "shakedown (slip ceases)"
     columns = {
-        CLAIM: [claim.label for claim in known],
+        claimed: [claim.label for claim in known],
         "load factor": [
             claim.value if isinstance(claim.value, str) else text
             for claim, text in zip(known, texts, strict=True)
@@ -164,7 +161,7 @@ def claims_table(problem: Problem, known: list[Fact], digits: int = FEW_DIGITS) 
     }
     if not any(columns["in your loads"]):
         del columns["in your loads"]
-    return Table.of(columns, (CLAIM, "in your loads", "valid for"))
+    return Table.of(columns, (claimed, "in your loads", "valid for"))
 
 
 def loads_at(problem: Problem, load_factor: float, rounding: Rounding) -> str:
@@ -239,7 +236,8 @@ def _deciding_node(found: Assessment) -> Iterator[Fact]:
         if known is None or not known.ranked().size:
             continue
         node = int(known.ranked()[0])
-        changes = ((cause, float(getattr(known, kind).elasticity[node])) for kind, cause in CAUSES.items())
+        causes = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
+        changes = ((cause, float(getattr(known, kind).elasticity[node])) for kind, cause in causes.items())
         effects = [
             f"{cause} {facts.signed(by, 2) if abs(by) >= 5e-4 else '0 %'}"  # per cent: less is called none
             for cause, by in changes

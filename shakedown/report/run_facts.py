@@ -238,7 +238,9 @@ def node_facts(problem: Problem, found: NodeResults) -> list[Fact]:
 
 def worst_table(problem: Problem, found: NodeResults) -> Table:
     """Everything known of the nodes that move farthest, with units."""
-    columns, worst = data_facts.node_columns(found, problem), data_facts.worst_first(found, problem)[:WORST]
+    columns = data_facts.node_columns(found, problem)
+    order = found.p_max, columns.get("slip_range", np.zeros(problem.n))  # equal slips by decreasing pressure
+    worst = np.lexsort([-np.nan_to_num(part, nan=-1.0) for part in order])[:WORST].tolist()
     shown = data_facts.node_column(problem) | {"status": list(found.status)}
     keys = len(shown) - 1
     for word, values in columns.items():

@@ -232,8 +232,6 @@ REGIONS = {  # of a load factor, and what a narrow column calls them
     "never": "impossible",
     "no joint": "no joint",
 }
-CLAIMED = (Claim.EVERY_STATE, Claim.THIS_STATE, Claim.IMPOSSIBLE)  # in columns that are called so
-LONGEST_HEADING = 14  # characters of the name of a parameter
 SHOWN = 5  # digits of limits and of the points of a curve
 
 
@@ -265,7 +263,8 @@ def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> She
         sizes = found.from_this_state if claim == Claim.THIS_STATE else found.of_joint(name)
         heading = BOUNDS[name].symbol
         way: Rounding = "up" if claim in (Claim.IMPOSSIBLE, Claim.CREEP) else "down"
-        if claim in CLAIMED:  # what is not proved of a zone with open nodes may be of the whole joint
+        if claim in (Claim.EVERY_STATE, Claim.THIS_STATE, Claim.IMPOSSIBLE):
+            # what is not proved of a zone with open nodes may be of the whole joint
             sizes = np.where(found.in_zone & (sizes == 0.0), np.nan, sizes)
             heading = claim.removeprefix("proved from ").removesuffix(" above")
         limits[heading] = [number(size, SHOWN, way) for size in sizes.ravel()]
@@ -288,7 +287,7 @@ def _table(found: Sweep, columns: dict[str, list[str]]) -> Table:
     names: dict[str, list[str]] = {}
     for axis, name in enumerate(found.parameters):
         named = name if found.meanings[axis] else with_unit(name, found.units[axis])
-        own = named if len(named) <= LONGEST_HEADING else shortened(name, LONGEST_HEADING)
+        own = named if len(named) <= 14 else shortened(name, 14)  # characters
         heading = f"{found.meanings[axis]} ×" if found.is_factor(axis) else own
         names[heading] = [number(point["values"][name], SHOWN) for point in found.points]
     return Table.of(names | columns, [name for name in columns if name.startswith("at ")], len(names))

@@ -8,7 +8,7 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import AT_ONCE, EPS, ROUND_OFF, FloatArray
+from shakedown.ground.constants import EPS, ROUND_OFF, FloatArray
 from shakedown.ground.tolerances import FIRST_DIGIT, Tolerances
 from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
@@ -158,7 +158,9 @@ def first_to_lose(stiffness: ScaledStiffness, sets: list[Nodes]) -> LostAt:
     first = NEVER
     for size, alike in groupby(sorted(sets, key=len), key=len):
         group, sides = np.array(list(alike), dtype=np.intp), all_sides(size)
-        for some in np.array_split(group, len(group) * len(sides) // AT_ONCE + 1):
+        for some in np.array_split(
+            group, len(group) * len(sides) // (1 << 16) + 1
+        ):  # small matrices at one time
             first = min(first, *_lost_by(stiffness, some, sides), key=lambda lost: lost.factor)
     return first
 
