@@ -8,13 +8,9 @@ from pathlib import Path
 import click
 
 import shakedown
-from shakedown.models.importing.templates import (
-    import_template,
-    import_template_names,
-    write_import_example,
-    write_import_template,
-)
-from shakedown.report.data_facts import examples_sheet, import_sheet, written_sheet
+from shakedown.models.importing import templates
+from shakedown.report.data_facts import examples_sheet, headline, import_sheet
+from shakedown.report.facts import Sheet
 
 from . import options
 from .command import Answer, command, say
@@ -39,7 +35,7 @@ def example(name: str | None, output: Path | None) -> Answer:
     shakedown.save_problem(target, problem)
     return Answer(
         lambda: {"example": name, "file": str(target)} | problem.to_dict(),
-        lambda: written_sheet(problem, str(target)),
+        lambda: Sheet([f"wrote {target}", *headline(problem)]),
     )
 
 
@@ -54,7 +50,7 @@ def example(name: str | None, output: Path | None) -> Answer:
 )
 @option(
     "--template",
-    type=click.Choice([*import_template_names(), "example"]),
+    type=click.Choice([*templates.import_template_names(), "example"]),
     help="Show a commented CONFIG.toml to start from (-o writes it); 'example' writes a new folder.",
 )
 def import_command(
@@ -98,10 +94,10 @@ def _write_template(kind: str, config: Path | None, output: Path | None) -> None
     if kind == "example":
         if output is None:
             raise click.UsageError("--template example: expected -o FOLDER")
-        for path in write_import_example(output):
+        for path in templates.write_import_example(output):
             say(f"wrote {path}")
         return
     if output is None:
-        click.echo(import_template(kind), nl=False)
+        click.echo(templates.import_template(kind), nl=False)
     else:
-        say(f"wrote {write_import_template(kind, output)}")
+        say(f"wrote {templates.write_import_template(kind, output)}")

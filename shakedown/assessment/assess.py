@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.every_limit import THREE_NUMBERS, JointLimits, ShakedownBounds, on_mesh
-from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
 from shakedown.ground.errors import Missing
 from shakedown.ground.shown_values import plain, short
@@ -189,18 +188,13 @@ def second_bounds(problem: Problem, bounds: ShakedownBounds, tolerances: Toleran
     upper = conic_upper_bound(problem, open_nodes=bounds.upper.open_nodes, tolerances=tolerances)
     if isinstance(bounds.lower, Missing):
         return SecondBounds(None, upper, 0)
-    nodes = nodes_asked(bounds.lower)
-    return SecondBounds(conic_lower_bound(problem, nodes=nodes, tolerances=tolerances), upper, len(nodes))
-
-
-def nodes_asked(lower: Bound) -> list[int]:
-    """The nodes that the independent solver checks, in the order in which they collapse."""
-    order = np.argsort(lower.collapse_limits, kind="stable").tolist()  # unknown limits come first
-    if lower.node in order:
-        order.remove(lower.node)
-        order.insert(0, lower.node)
+    nodes = np.argsort(bounds.lower.collapse_limits, kind="stable").tolist()  # unknown limits come first
+    if bounds.lower.node in nodes:
+        nodes.remove(bounds.lower.node)
+        nodes.insert(0, bounds.lower.node)
     # all up to a size, as the cost grows as n³; of larger joints those that collapse first
-    return order if len(order) <= 60 else order[:8]
+    nodes = nodes if len(nodes) <= 60 else nodes[:8]
+    return SecondBounds(conic_lower_bound(problem, nodes=nodes, tolerances=tolerances), upper, len(nodes))
 
 
 def independent_findings(

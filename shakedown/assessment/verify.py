@@ -100,7 +100,6 @@ def run_of(limits: JointLimits, case: Case, asked: "Settings") -> Run:
         open_nodes=case.open_nodes,
         cycles=asked.cycles,
         method=asked.method,
-        record=problem.n <= 2,
         tolerances=limits.tolerances,
     )
     state = simulation.long_term

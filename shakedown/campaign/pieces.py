@@ -71,12 +71,10 @@ def cluster_executor(address: str | None) -> Iterator[Executor | None]:
     log.setLevel(logging.CRITICAL)
     client = _connected(address)
     try:
-        for place, found in client.run(_differing, versions(), on_error="return").items():
-            if found:  # what differs, or an error
-                shown = found if isinstance(found, str) else repr(found)
-                raise UsageError(
-                    f"scheduler: expected workers with the versions of this process, found at {place} {shown}"
-                )
+        for place, found in client.run(versions, on_error="return").items():  # or an error
+            if found != versions():
+                expected = f"scheduler: expected workers with {versions()}"
+                raise UsageError(f"{expected}, as this process has, found at {place} {found!r}")
         yield client.get_executor(pure=False)
     except KilledWorker:
         raise SolverError("scheduler: workers died one after the other (killed, or out of memory?)") from None
@@ -88,14 +86,6 @@ def cluster_executor(address: str | None) -> Iterator[Executor | None]:
     finally:
         client.close()
         log.setLevel(level)
-
-
-def _differing(expected: dict[str, str]) -> str:
-    """The versions here that are not those expected; empty where all are."""
-    pairs = {name: (versions().get(name), wanted) for name, wanted in expected.items()}
-    return ", ".join(
-        f"{name} {found} for {wanted}" for name, (found, wanted) in pairs.items() if found != wanted
-    )
 
 
 @cache

@@ -41,7 +41,6 @@ EACH_SHOWN = 4  # nodes, patches, instants, numbers of a list that are told or d
 ALL_SUBSETS_UP_TO = 6  # nodes: up to this many, every set of them is tried
 ALL_PAIRS_UP_TO = 16  # nodes: up to this many, each one and every pair is tried
 LARGE = 1000  # nodes: from here on a cone program over all of them takes a minute, and so does its proof
-AT_ONCE = 1 << 16  # rows or small matrices that are taken at one time
 BATCH = 1 << 12  # states or subsets that one thread takes at one time, or that are kept beside it
 TIMES_A_FILE = 100  # largest size of an array by its file; compressed stiffness stays below a tenth of this
 READ_AT_ONCE = 1 << 26  # bytes of a table that are read

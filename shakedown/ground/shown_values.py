@@ -2,10 +2,9 @@
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
-from html import escape
 from typing import Any
 
 import numpy as np
@@ -293,22 +292,6 @@ def _short_sequence(value: Sequence[Any]) -> str:
 
 def _cell_text(value: float) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def as_html_table(caption: str, rows: Iterable[tuple[str, str]]) -> str:
-    """Names and values as a small table of a notebook.
-
-    Examples
-    --------
-    >>> as_html_table("Law", [("f", "<1")])[-60:]
-    '<td style="text-align: left">&lt;1</td></tr></tbody></table>'
-    """
-    cells = "".join(
-        f'<tr><th style="text-align: left">{escape(name)}</th>'
-        f'<td style="text-align: left">{escape(one_line(text, WIDTH))}</td></tr>'
-        for name, text in rows
-    )
-    return f"<table><caption>{escape(caption)}</caption><tbody>{cells}</tbody></table>"
 
 
 def field_names(value: Any) -> list[str]:

@@ -18,7 +18,6 @@ from shakedown.joint.fields import LARGEST, check_slip, finite_array
 from shakedown.joint.problem import Problem
 
 PLANE_SO_FAR = "it exists in the plane only, so far"  # the reason why one tangential direction is required
-NO_SUBSETS = "there are no (n+1)-subsets of cones"
 NO_SIDES = "it needs the two opposite limits of a node, and in space the limit is a disc"
 NO_SIGNS = "uniqueness is decided by the signs of slips"
 

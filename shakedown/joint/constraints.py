@@ -307,7 +307,13 @@ class Constraints(Result):
 
     def excess(self, slip: FloatArray, load_factor: float) -> FloatArray:
         """Violation (positive) or distance to the limit (negative) of every cone, or row, [force]."""
-        return self._of_cones(self.G @ slip + load_factor * self.d - self.g)
+        rows = self.G @ slip + load_factor * self.d - self.g
+        if len(self.heads) == len(rows):
+            return rows
+        excess, disc = rows[self.heads], self.cones == CONE
+        first = self.heads[disc]
+        excess[disc] += np.hypot(rows[first + 1], rows[first + 2])  # of a disc |q| − f p
+        return np.asarray(excess)
 
     def relative_excess(self, slip: FloatArray, load_factor: float) -> FloatArray:
         """``excess`` relative to the largest term of each cone, or row."""
@@ -317,15 +323,6 @@ class Constraints(Result):
         if len(self.heads) < len(size):
             size = np.maximum.reduceat(size, self.heads)
         return self.excess(slip, load_factor) / np.where(size > 0, size, 1.0)
-
-    def _of_cones(self, rows: FloatArray) -> FloatArray:
-        """The excess of every cone from its rows; for a disc |q| − f p."""
-        if len(self.heads) == len(rows):
-            return rows
-        excess, disc = rows[self.heads], self.cones == CONE
-        first = self.heads[disc]
-        excess[disc] += np.hypot(rows[first + 1], rows[first + 2])
-        return np.asarray(excess)
 
 
 @once_per_problem

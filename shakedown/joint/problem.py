@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.constants import THREE_DIGITS, FloatArray, T
 from shakedown.ground.errors import ProblemError, wrong_key
-from shakedown.ground.shown_values import as_html_table, one_line, same, short, shortened, visible
+from shakedown.ground.shown_values import one_line, same, shortened, visible
 from shakedown.ground.tolerances import FIRST_DIGIT
 from shakedown.joint.fields import (
     DOMAIN,
@@ -437,20 +437,6 @@ class Problem(ReadOnly):
         parts += [repr(shortened(visible(self.units), 20))] if self.units else []
         parts += ["load domain"] if self.is_domain else []
         return f"<Problem {', '.join(parts)}>"
-
-    def _repr_html_(self) -> str:
-        sides = "two tangential directions" if "directions" in self._size else "in a plane"
-        steps = "corners of a load domain" if self.is_domain else "in one period"
-        loads = {each.name: f"{each.mean:g} ± λ {each.amplitude:g} {each.unit}" for each in self.loads}
-        rows = {
-            "contact nodes": f"{self.n}, {sides}",
-            "load steps": f"{self.m} {steps}",
-            "friction": short(self.f if np.ptp(self.f) else float(self.f[0])),
-            "units": visible(self.units),
-            **{f"load {name}": text for name, text in loads.items()},
-            **{f"warning {k}": text for k, text in enumerate(self.warnings, 1)},
-        }
-        return as_html_table(visible(self.name) or "Problem", [row for row in rows.items() if row[1]])
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Problem):

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
-from shakedown.ground.shown_values import WIDTH, as_html_table, field_names, one_line, plain, same, short
+from shakedown.ground.shown_values import WIDTH, field_names, one_line, plain, same, short
 from shakedown.joint.problem import Problem, ReadOnly
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ class Result(ReadOnly):
             DOCUMENT: ClassVar[str] = "status load_factor slip"
             ...
 
-    - ``repr`` and ``_repr_html_`` fit one screen, however many nodes there are.
+    - ``repr`` fits one screen, however many nodes there are.
     - ``==`` compares type and fields, arrays by value and NaN as equal; it never
       raises. Fields declared with ``field(compare=False)`` are left out: how long
       something took. Results are not hashable, as the arrays in them are not.
@@ -82,9 +82,6 @@ class Result(ReadOnly):
         if len(cut) > 22:  # one screen, with the name and the bracket
             cut[21:] = [f"… {len(cut) - 21} more"]
         return "\n".join([f"{type(self).__name__}(", *(f"    {text}," for text in cut), ")"])
-
-    def _repr_html_(self) -> str:
-        return as_html_table(type(self).__name__, self._shown())
 
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):

@@ -1,5 +1,4 @@
 from .along import dissipation_along as dissipation_along
-from .along import drift_over_load as drift_over_load
 from .along import friction_use as friction_use
 from .along import load_factor_scale as load_factor_scale
 from .along import pressure as pressure
@@ -13,19 +12,16 @@ from .designs import basin as basin
 from .designs import regions as regions
 from .designs import shakedown_share as shakedown_share
 from .joint import contact as contact
-from .joint import loads_along as loads_along
 from .joint import loads_in_time as loads_in_time
 from .joint import sensitivity as sensitivity
 from .loops import damping_curve as damping_curve
 from .loops import hysteresis as hysteresis
 from .loops import load_loop as load_loop
-from .loops import load_orbits as load_orbits
 from .loops import loop as loop
 from .loops import reaction_orbits as reaction_orbits
 from .loops import reactions_in_time as reactions_in_time
 from .loops import slip_orbits as slip_orbits
 from .over_patch import friction_use_at as friction_use_at
-from .over_patch import loads_over_patch as loads_over_patch
 from .over_patch import pressure_over_patch as pressure_over_patch
 from .over_patch import slip_over_patch as slip_over_patch
 from .over_patch import welded_pressure_over_patch as welded_pressure_over_patch

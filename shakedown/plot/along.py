@@ -14,7 +14,7 @@ from shakedown.ground.constants import NEGLIGIBLE, ROUND_OFF, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import DIGITS, few, with_unit
 from shakedown.ground.status import OPEN
-from shakedown.joint.arguments import checked, require_plane, require_problem
+from shakedown.joint.arguments import require_plane, require_problem
 from shakedown.joint.contact_surface import flanks
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -28,10 +28,8 @@ from shakedown.plot.paths import Recorded, of_kind
 from shakedown.plot.style import Styles, axes_for, finished, positions, style_of
 
 Bands = Mapping[str, tuple[float, float]] | None  # what holds between two load factors
-BAND, LOWEST_TEXT = 0.27, 0.95  # heights of the coloured band and of the axes with one level of text
 
 
-@checked
 def load_factor_scale(marks: Mapping[str, float], *, bands: Bands = None, ax: Axes | None = None) -> Axes:
     """Limits of the load factor on one scale, with the load factor of the nominal load.
 
@@ -59,10 +57,11 @@ def load_factor_scale(marks: Mapping[str, float], *, bands: Bands = None, ax: Ax
     letter = 5.0 / (0.8 * axes.figure.bbox.width * 72 / axes.figure.dpi)  # relative to the scale
     top = max(value / (1.0 - letter * len(text)) for value, text in texts)
     levels = _levels([(value, value + letter * len(text) * top) for value, text in texts])
-    highest = LOWEST_TEXT + 0.3 * max(levels)
+    # heights of the axes with one level of text, and of the coloured band
+    highest, band = 0.95 + 0.3 * max(levels), 0.27
     colours = style.GREEN, style.RED, *style.LINES
     for colour, (name, (low, high)) in zip(colours, (bands or {}).items(), strict=False):
-        axes.axvspan(low, min(high, top), 0.0, BAND / highest, color=colour, alpha=0.3, lw=0, label=name)
+        axes.axvspan(low, min(high, top), 0.0, band / highest, color=colour, alpha=0.3, lw=0, label=name)
     for (value, text), level in zip(texts, levels, strict=True):
         own = text == nominal
         colour, height = style.RED if own else style.GREY, 0.7 + 0.3 * level
@@ -83,7 +82,6 @@ def _levels(spans: list[tuple[float, float]]) -> list[int]:
     return levels[::-1]
 
 
-@checked
 def slip_over_load(limit: SlipLimit, problem: Problem | None = None, *, ax: Axes | None = None) -> Axes:
     """The largest slip range of a node over the load factor, with the length that it is to stay below.
 
@@ -116,7 +114,6 @@ def slip_over_load(limit: SlipLimit, problem: Problem | None = None, *, ax: Axes
     return finished(axes, "load factor λ", with_unit("largest slip range", units_of(problem).length))
 
 
-@checked
 def slip_per_cycle(
     runs: Mapping[str, Simulation] | Simulation,
     problem: Problem | None = None,
@@ -167,7 +164,6 @@ def slip_per_cycle(
     return finished(axes, "cycle", with_unit("slip per cycle, largest node", units_of(problem).length))
 
 
-@checked
 def refinement(found: Result, *, ax: Axes | None = None) -> Axes:
     """Every number over the nodes of its mesh, relative to the finest: a level line has converged.
 
@@ -202,14 +198,13 @@ def refinement(found: Result, *, ax: Axes | None = None) -> Axes:
     axes.set_xscale("log")
     axes.set_xticks(meshes.nodes, labels=[str(n) for n in meshes.nodes])
     axes.minorticks_off()
-    axes.set_ylim(0.0, min(style.FARTHEST, axes.get_ylim()[1]))
+    axes.set_ylim(0.0, min(3.0, axes.get_ylim()[1]))  # what is far beyond the range of interest is cut off
     return finished(axes, "contact nodes", "share of the number on the finest mesh")
 
 
 Times = Sequence[float] | None  # in cycles; by default of the largest and of the smallest total pressure
 
 
-@checked
 def pressure(
     result: Recorded, problem: Problem, *, cycles: Times = None, patch: int = 0, ax: Axes | None = None
 ) -> Axes:
@@ -255,7 +250,6 @@ def pressure(
     return _along(problem, zip(rows, values, strict=True), label, ax)
 
 
-@checked
 def friction_use(result: Recorded, problem: Problem, *, cycles: Times = None, ax: Axes | None = None) -> Axes:
     """How much of the friction each node uses, q / f p, along the contact at chosen instants.
 
@@ -281,7 +275,6 @@ def friction_use(result: Recorded, problem: Problem, *, cycles: Times = None, ax
     return axes
 
 
-@checked
 def slip_along(
     slips: Mapping[str, FloatArray], problem: Problem, *, what: str = "slip v", ax: Axes | None = None
 ) -> Axes:
@@ -310,7 +303,6 @@ def slip_along(
     return _along(problem, slips.items(), with_unit(what, units_of(problem).length), ax)
 
 
-@checked
 def slip_range(result: Recorded, problem: Problem, *, ax: Axes | None = None) -> Axes:
     """How far each node slips back and forth in contact, max v − min v over a path, along the contact.
 
@@ -333,7 +325,6 @@ def slip_range(result: Recorded, problem: Problem, *, ax: Axes | None = None) ->
     return _along(problem, [("", apart)], with_unit("slip range", units_of(problem).length), ax)
 
 
-@checked
 def dissipation_along(result: Recorded, problem: Problem, *, ax: Axes | None = None) -> Axes:
     """Friction work of each node along a path, along the contact; per area where areas are known.
 
@@ -352,7 +343,6 @@ def dissipation_along(result: Recorded, problem: Problem, *, ax: Axes | None = N
     return _along(problem, [("", work)], label, ax)
 
 
-@checked
 def zones(
     result: Recorded, problem: Problem | None = None, *, marks: bool = True, ax: Axes | None = None
 ) -> Axes:
@@ -443,43 +433,3 @@ def _edges(x: FloatArray) -> FloatArray:
         return np.array([x[0] - 0.5, x[0] + 0.5])
     middle = 0.5 * (x[1:] + x[:-1])
     return np.concatenate([[2 * x[0] - middle[0]], middle, [2 * x[-1] - middle[-1]]])
-
-
-@checked
-def drift_over_load(runs: Iterable[Simulation], *, ax: Axes | None = None) -> Axes:
-    """By how much a body turns, or shifts where it does not turn, in every cycle, over the load factor.
-
-    Parameters
-    ----------
-    runs
-        Simulations of one joint; where one does not drift as a rigid body the number is 0, and where it is
-        undecided none is drawn.
-    ax
-        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
-
-    Raises
-    ------
-    UsageError
-        If there is no simulation.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> from shakedown import plot
-    >>> joint = shakedown.example("bearing-ring")
-    >>> plot.drift_over_load([shakedown.simulate(joint, x) for x in (0.2, 1.0)]).get_ylabel()
-    'turn per cycle [°]'
-    """
-    found = sorted((run for run in runs if run.period), key=lambda run: run.load_factor)
-    if not found:
-        raise UsageError("runs: expected at least one that is decided, found none")
-    moves = [run.rigid_drift for run in found]
-    turns = any(drift is not None and drift.turn.any() for drift in moves)
-    parts = [np.zeros(3) if drift is None else drift.turn if turns else drift.shift for drift in moves]
-    along = max(parts, key=lambda part: float(np.abs(part).max()))  # the axis with the largest number
-    sizes = [part[np.abs(along).argmax()] for part in parts]
-    axes = axes_for(ax)
-    axes.plot([run.load_factor for run in found], sizes, "o-", color=style.BLUE, ms=4, label="simulated")
-    axes.axhline(0.0, color=style.GREY, lw=1)
-    unit = "°" if turns else units_of(found[0].problem).length
-    return finished(axes, "load factor λ", with_unit(f"{'turn' if turns else 'shift'} per cycle", unit))

@@ -10,13 +10,12 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize, to_rgb
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import MaxNLocator
 
 from shakedown.bounds.registry import BOUNDS, Claim, kinds_of
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import at_lambda, with_unit
-from shakedown.joint.arguments import check_load_factor, checked
+from shakedown.joint.arguments import check_load_factor
 from shakedown.joint.result import Result
 from shakedown.joint.units import units_of
 from shakedown.plot import style
@@ -24,7 +23,6 @@ from shakedown.plot.paths import of_kind
 from shakedown.plot.style import axes_for, finished, node_name
 
 
-@checked
 def basin(found: Result, *, ax: Axes | None = None) -> Axes:
     """Which initial slips shake down, and what the others dissipate (thesis §7.2.1).
 
@@ -120,7 +118,6 @@ def _drawn(found: Any, axes: Axes, points: FloatArray, values: Any, **look: Any)
     return axes.scatter(x, y, s=size, c=values.compressed(), lw=0, rasterized=True, **look)
 
 
-@checked
 def shakedown_share(found: Result, *, ax: Axes | None = None) -> Axes:
     """The share of initial states that shakes down against the load factor, with its confidence interval.
 
@@ -177,10 +174,7 @@ BELOW: dict[str, Any] = {
 BETWEEN = "computed at the dots; between them interpolated, nothing is proved there"
 
 
-@checked
-def regions(
-    diagram: Result, *, load_factor: float = 1.0, contours: str | None = None, ax: Axes | None = None
-) -> Axes:
+def regions(diagram: Result, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
     """The regions of a sweep: load factor against one parameter, or two parameters at one load factor.
 
     They are those of the points that were computed, which are dotted. Between these the picture
@@ -192,16 +186,13 @@ def regions(
         From :func:`shakedown.sweep`.
     load_factor
         λ at which the regions are drawn where there are two parameters.
-    contours
-        The limit whose contour lines are drawn over them; by default the last of λ_max, λ_T,
-        λ_S, λ_E, λ_1, λ_U that was asked for.
     ax
         Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Raises
     ------
     UsageError
-        If there are not one or two parameters, or the limit was not asked for.
+        If there are not one or two parameters.
 
     Examples
     --------
@@ -218,11 +209,7 @@ def regions(
         return _against_one(found, axes_for(ax, (6.4, 5.2)))
     if len(found.parameters) != 2:
         raise UsageError(f"regions: expected one or two parameters, found {len(found.parameters)}")
-    if contours is None:
-        contours = next(name for name in reversed(BOUNDS) if name in found.bounds)
-    elif contours not in found.bounds:
-        raise UsageError(f"contours: expected one of {', '.join(found.bounds)}, found {contours}")
-    return _over_two(found, load_factor, contours, axes_for(ax, (6.8, 5.4)))
+    return _over_two(found, load_factor, axes_for(ax, (6.8, 5.4)))
 
 
 def _against_one(diagram: Any, axes: Axes) -> Axes:
@@ -283,7 +270,7 @@ def _draw_outcomes(axes: Axes, diagram: Any) -> None:
             )
 
 
-def _over_two(diagram: Any, load_factor: float, contours: str, axes: Axes) -> Axes:
+def _over_two(diagram: Any, load_factor: float, axes: Axes) -> Axes:
     no_joint = "#EEEEEE"
     (x, y), edges = diagram.values, diagram.boundaries
     if min(len(x), len(y)) < 2:
@@ -303,29 +290,8 @@ def _over_two(diagram: Any, load_factor: float, contours: str, axes: Axes) -> Ax
     grid = np.meshgrid(x, y, indexing="ij")
     axes.plot(*(part[~missing] for part in grid), ".", color=style.BLACK, ms=2.4, mew=0, clip_on=False)
     axes.set(xlabel=_named(diagram, 0), ylabel=_named(diagram, 1), xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    _draw_contours(axes, diagram, contours)
-    axes.set_title(f"at λ = {load_factor:g}; lines: {BOUNDS[contours].titled}", fontsize="medium")
+    axes.set_title(f"at λ = {load_factor:g}", fontsize="medium")
     areas = areas[::-1] + [("no joint", to_rgb(no_joint))] * bool(missing.any())
     patches = [Patch(fc=colour, ec=style.GREY, label=label) for label, colour in areas]
     axes.legend(handles=patches, title=BETWEEN, ncols=2, **BELOW)
     return axes
-
-
-def _draw_contours(axes: Axes, diagram: Any, name: str) -> None:
-    """Lines of equal load factor, each with its value."""
-    (x, y), field = diagram.values, np.ma.masked_invalid(diagram.load_factors(name))
-    if field.count() < 2 or field.max() == field.min():
-        return
-    levels = np.array(MaxNLocator(7).tick_values(float(field.min()), float(field.max())))
-    levels = levels[(levels > field.min()) & (levels < field.max())]
-    if len(levels):
-        lines = axes.contour(x, y, field.T, levels=levels, colors=style.BLACK, linewidths=0.8)
-        segments = [
-            axes.transLimits.transform(line) for level in lines.allsegs for line in level if len(line)
-        ]
-        deepest = [max(line.tolist(), key=lambda at: min(*at, 1 - at[0], 1 - at[1])) for line in segments]
-        inside = [
-            at for at in deepest if min(*at, 1 - at[0], 1 - at[1]) > style.MARGIN
-        ]  # has room for a number
-        places = axes.transLimits.inverted().transform(np.reshape(inside, (-1, 2))).tolist()
-        axes.clabel(lines, fontsize="small", fmt="%g", manual=places)

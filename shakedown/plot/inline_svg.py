@@ -18,8 +18,8 @@ from shakedown.ground.shown_values import SUBSCRIPT, visible
 from shakedown.plot.style import DOTS_PER_INCH
 
 PANEL = (4.6, 3.2)  # inches: two side by side fill a page
-SIDE_BY_SIDE, SMALLER = 3, 0.8  # small pictures in a row, and how much smaller they are
-LETTER, SAMPLE, LINE = 4.3, 50.0, 0.17  # of a legend: width of a letter, of a sample [points]; a line [inch]
+SIDE_BY_SIDE = 3  # small pictures in a row
+LINE = 0.17  # of a legend [inch]
 
 # Colours that a dark page replaces, by the names of the variables in the page's style.
 STYLE: Any = {
@@ -87,7 +87,7 @@ def picture(caption: str, *drawings: Drawing, alike: int = 0, one_legend: bool =
         Whether all panels have one legend, above them.
     """
     with matplotlib.rc_context(STYLE):
-        scale = 1.0 if len(drawings) % SIDE_BY_SIDE else SMALLER
+        scale = 1.0 if len(drawings) % SIDE_BY_SIDE else 0.8  # how much smaller these are
         axes: list[Any] = [_drawn(drawing, scale) for drawing in drawings]
         _share_limits(axes[:alike])
         legends, common = [_taken_legend(each) for each in axes], None
@@ -145,7 +145,8 @@ def _legend_below(
         return
     width, height = figure.get_size_inches()
     # per inch, so that points of the figure are units of the picture
-    fitting = int(72 * width / (SAMPLE + LETTER * max(map(len, entries))))
+    # 50 points for a sample, 4.3 for a letter
+    fitting = int(72 * width / (50.0 + 4.3 * max(map(len, entries))))
     columns = max(1, min(fitting, len(entries)))
     figure.set_figheight(height + LINE * (-(-len(entries) // columns) + bool(title)))
     figure.legend(
@@ -181,13 +182,10 @@ def inline(figure: Figure, alt: str) -> Markup:
     body = "".join(ElementTree.tostring(child, encoding="unicode") for child in shown)
     seen = root.attrib["viewBox"]
     head = f'aria-label="{Markup.escape(visible(alt))}" viewBox="{seen}" style="--wide: {seen.split()[2]}"'
-    return Markup(f'<svg role="img" {head}>{_themed(_lowered(_plain(body)))}</svg>')
-
-
-def _plain(text: str) -> str:
-    """The element without the namespaces that inline SVG does not need."""
-    text = re.sub(r' xmlns:\w+="[^"]*"', "", text).replace("ns0:", "").replace("ns1:href", "href")
-    return re.sub(r"\s*\n\s*", "\n", text)
+    # without the namespaces that inline SVG does not need
+    body = re.sub(r' xmlns:\w+="[^"]*"', "", body).replace("ns0:", "").replace("ns1:href", "href")
+    body = re.sub(r"\s*\n\s*", "\n", body)
+    return Markup(f'<svg role="img" {head}>{_themed(_lowered(body))}</svg>')
 
 
 def _lowered(text: str) -> str:

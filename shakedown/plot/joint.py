@@ -11,9 +11,8 @@ from shakedown.assessment.sensitivities import KINDS, Sensitivities
 from shakedown.ground.constants import EACH_SHOWN, PER_CENT, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import with_unit
-from shakedown.joint.arguments import checked, require_plane, require_problem
+from shakedown.joint.arguments import require_plane, require_problem
 from shakedown.joint.constraints import loading
-from shakedown.joint.contact_surface import flanks
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.plot import style
@@ -21,7 +20,6 @@ from shakedown.plot.patch_places import in_space
 from shakedown.plot.style import axes_for, draw_arrows, finished, node_name, positions
 
 
-@checked
 def contact(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
     """The contact nodes with their normals, and the loads on them as arrows.
 
@@ -85,46 +83,6 @@ def _plane(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray, Sequen
     return problem.coordinates[:, plane], problem.normal[:, plane], problem.tangent[:, plane], named
 
 
-@checked
-def loads_along(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
-    """Welded reactions along the contact: their mean, and the range of their values over a period.
-
-    Parameters
-    ----------
-    problem
-        The joint and its loading; tractions are drawn where it knows the areas of its nodes.
-    load_factor
-        λ, the factor on the periodic part.
-    ax
-        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> from shakedown import plot
-    >>> plot.loads_along(shakedown.example("block-9")).get_ylabel()
-    'welded reaction [N]'
-    """
-    require_plane("picture", problem)
-    axes, mean = axes_for(ax), loading(problem)
-    q, p = mean.at(load_factor)
-    units = units_of(problem)
-    area = np.ones(problem.n) if problem.node_area is None else problem.node_area
-    weight = 1.0 / np.where(area > 0, area, np.nan)
-    x, label = positions(problem, problem.n)
-    for name, middle, values, colour in (("p_w", mean.p0, p, style.BLUE), ("q_w", mean.q0, q, style.ORANGE)):
-        shown = f"{name}: mean, range"
-        for part in flanks(x):
-            low, high = (values.min(axis=0) * weight)[part], (values.max(axis=0) * weight)[part]
-            axes.fill_between(x[part], low, high, color=colour, alpha=0.25, lw=0)
-            axes.plot(x[part], (middle * weight)[part], ".-", color=colour, ms=4, lw=1.2, label=shown)
-            shown = "_nolegend_"
-    tractions = problem.node_area is not None
-    what, unit = ("welded traction", units.stress) if tractions else ("welded reaction", units.force)
-    return finished(axes, label, with_unit(what, unit))
-
-
-@checked
 def loads_in_time(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
     """Sums of the welded reactions of all nodes over one period.
 
@@ -171,7 +129,6 @@ def _sums(problem: Problem, q: FloatArray, p: FloatArray) -> dict[str, FloatArra
     return {f"Σ along {'xyz'[k]}, all nodes": total[:, k] for k in np.flatnonzero(loaded)}
 
 
-@checked
 def sensitivity(found: Sensitivities, problem: Problem | None = None, *, ax: Axes | None = None) -> Axes:
     """By how many per cent a bound moves with one per cent more friction, constant load, load amplitude.
 

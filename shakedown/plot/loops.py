@@ -11,7 +11,7 @@ from shakedown.ground.constants import EACH_SHOWN, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import down, few, shortened, sized, with_unit
 from shakedown.ground.status import Outcome
-from shakedown.joint.arguments import checked, require_plane, require_problem
+from shakedown.joint.arguments import require_plane, require_problem
 from shakedown.joint.constraints import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
@@ -24,10 +24,8 @@ from shakedown.plot.paths import Recorded
 from shakedown.plot.style import axes_for, finished, node_name
 
 Nodes = Iterable[int] | None  # by default those that dissipate most
-SLIDES_AWAY = "slides away"
 
 
-@checked
 def hysteresis(
     result: Recorded, problem: Problem | None = None, *, nodes: Nodes = None, ax: Axes | None = None
 ) -> Axes:
@@ -67,7 +65,6 @@ def hysteresis(
     return finished(axes, *names, of_legend="dissipation")
 
 
-@checked
 def slip_orbits(result: Recorded, problem: Problem, *, nodes: Nodes = None, ax: Axes | None = None) -> Axes:
     """The paths of slips in their x and y, each about its own middle, with what friction dissipates there.
 
@@ -107,7 +104,6 @@ def slip_orbits(result: Recorded, problem: Problem, *, nodes: Nodes = None, ax: 
     return finished(axes, *names, of_legend="dissipation")
 
 
-@checked
 def reaction_orbits(
     result: Recorded, problem: Problem, *, nodes: Nodes = None, ax: Axes | None = None
 ) -> Axes:
@@ -125,14 +121,16 @@ def reaction_orbits(
     """
     require_space("picture of reaction orbits", problem)
     path = paths.path_of(result).refined()
-    axes, p = _disc(ax), np.where(paths.pressed(problem, path), path.p, np.nan)
+    axes, p = axes_for(ax), np.where(paths.pressed(problem, path), path.p, np.nan)
+    rim = np.linspace(0.0, 2.0 * np.pi, 121)
+    axes.plot(np.cos(rim), np.sin(rim), color=style.GREY, lw=1.0, label="limit |q| = f p")
+    axes.set_aspect("equal", adjustable="datalim")
     for colour, node in _chosen(nodes, problem.n, paths.work_of_nodes(result)):
-        use = _use(problem, path.q, p, node)
+        use = problem.layout.by_node(path.q)[:, node] / problem.law.limit(p)[:, node, None]
         axes.plot(*use.T, color=colour, lw=1.3, label=node_name(node, problem))
     return finished(axes, "q_x / f p [–]", "q_y / f p [–]")
 
 
-@checked
 def reactions_in_time(result: Recorded, problem: Problem, node: int = 0, *, ax: Axes | None = None) -> Axes:
     """Tangential reaction of one node over time, between its friction limits ±f p.
 
@@ -176,7 +174,6 @@ def reactions_in_time(result: Recorded, problem: Problem, node: int = 0, *, ax: 
     return finished(axes, "time [cycles]", label, title=node_name(node, problem))
 
 
-@checked
 def load_loop(
     problem: Problem, nodes: int | Iterable[int] = 0, *, load_factor: float = 1.0, ax: Axes | None = None
 ) -> Axes:
@@ -211,51 +208,11 @@ def load_loop(
     limits = axes.plot(np.outer([-top, 0.0, top], frictions), [top, 0.0, top], color=style.GREY, lw=1)
     limits[0].set_label("friction limit")
     for colour, node in loaded:
-        _draw_load(axes, np.stack([q[:, node], p[:, node]]), colour, node_name(node, problem))
+        axes.plot(q[:, node], p[:, node], ".-", color=colour, lw=1.3, ms=4, label=node_name(node, problem))
+        axes.plot(q[0, node], p[0, node], "o", mfc="white", color=colour, label="_nolegend_")
     axes.plot([], [], "o", mfc="white", color=style.GREY, label="first load step")
     names = with_unit("welded reaction q_w", force), with_unit("welded reaction p_w", force)
     return finished(axes, *names, title=f"λ = {load_factor:g}")
-
-
-@checked
-def load_orbits(
-    problem: Problem, nodes: int | Iterable[int] = 0, *, load_factor: float = 1.0, ax: Axes | None = None
-) -> Axes:
-    """The loading of nodes, q_w/(f p_w) over a period: within the disc it does not move a node by itself.
-
-    Parameters
-    ----------
-    problem
-        A joint with two directions, and its loading.
-    nodes
-        Which one, or which ones.
-    load_factor
-        λ, the factor on the periodic part.
-    ax
-        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
-
-    Raises
-    ------
-    UsageError
-        If there is no such node, or the joint has one direction.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> from shakedown import plot
-    >>> plot.load_orbits(shakedown.example("one-node-3d")).get_ylabel()
-    'q_w / f p in y [–]'
-    """
-    require_space("picture of load orbits", problem)
-    q, p = (np.vstack([part, part[:1]]) for part in loading(problem).at(load_factor))
-    axes = _disc(ax)
-    for colour, node in _chosen(nodes, problem.n):
-        use = _use(problem, q, p, node)
-        # Reactions of nodes that hardly press are many times their limit.
-        use = np.where((np.abs(use) <= style.FARTHEST).all(axis=1, keepdims=True), use, np.nan)
-        _draw_load(axes, use.T, colour, node_name(node, problem))
-    axes.plot([], [], "o", mfc="white", color=style.GREY, label="first load step")
-    return finished(axes, "q_w / f p in x [–]", "q_w / f p in y [–]", title=f"λ = {load_factor:g}")
 
 
 def load_title(problem: Problem, load: int) -> str:
@@ -266,7 +223,6 @@ def load_title(problem: Problem, load: int) -> str:
     return f"load {load}" + (f" ({shortened(name, style.LONGEST_LABEL)})" if name else "").replace("$", r"\$")
 
 
-@checked
 def loop(state: LongTermState | Simulation, *, load: int = 0, ax: Axes | None = None) -> Axes:
     """A load against the displacement that it works along, over one period of a long-term state.
 
@@ -311,7 +267,6 @@ def loop(state: LongTermState | Simulation, *, load: int = 0, ax: Axes | None = 
     return finished(axes, moved, with_unit("load", loops.units[load].load or "units of it"), title=title)
 
 
-@checked
 def damping_curve(curve: DampingCurve, *, ax: Axes | None = None) -> Axes:
     """Damping and stiffness over the amplitude of a load, with the limit below which nothing damps.
 
@@ -376,7 +331,7 @@ def _unique_line(axes: Axes, curve: DampingCurve, values: FloatArray) -> list[An
 
 def _marks(axes: Axes, curve: DampingCurve) -> list[Any]:
     """Lines at λ_E and λ_T, and marks on the axis at amplitudes whose loop does not close."""
-    marks = {Outcome.RATCHETTING: "x", Outcome.SEPARATION: "o", SLIDES_AWAY: "v", Outcome.UNDECIDED: "d"}
+    marks = {Outcome.RATCHETTING: "x", Outcome.SEPARATION: "o", "slides away": "v", Outcome.UNDECIDED: "d"}
     found: list[Any] = []
     for name, limit, said, colour, dashes in (
         ("λ_E", curve.proved_limit, "none below, proved", style.GREEN, "-"),
@@ -385,7 +340,7 @@ def _marks(axes: Axes, curve: DampingCurve) -> list[Any]:
         if 0 < limit < np.inf:
             label = f"{name} = {down(limit, 6)}: {said}"
             found.append(axes.axvline(limit, label=label, color=colour, lw=1.2, ls=dashes))
-    words = np.where(curve.slides_away, SLIDES_AWAY, [str(outcome) for outcome in curve.outcome])
+    words = np.where(curve.slides_away, "slides away", [str(outcome) for outcome in curve.outcome])
     for word, mark in marks.items():
         chosen = curve.amplitude[words == word]
         look: dict[str, Any] = {"color": style.GREY, "transform": axes.get_xaxis_transform(), "label": word}
@@ -404,25 +359,3 @@ def _chosen(nodes: Nodes | int, n: int, work: FloatArray | None = None) -> list[
 def _with_work(node: int, work: FloatArray, problem: Problem | None) -> str:
     """The name of a node, and the friction work there."""
     return with_unit(f"{node_name(node, problem)}: {few(work[node])}", units_of(problem).work)
-
-
-def _draw_load(axes: Axes, way: FloatArray, colour: str, name: str) -> None:
-    """The loading of a node, (2, steps), with a circle at the first load step."""
-    axes.plot(*way, ".-", color=colour, lw=1.3, ms=4, label=name)
-    axes.plot(*way[:, 0], "o", mfc="white", color=colour, label="_nolegend_")
-
-
-def _use(problem: Problem, q: FloatArray, p: FloatArray, node: int) -> FloatArray:
-    """q/(f p) of a node, (s, 2); NaN where it has no limit, or is open."""
-    limit = problem.law.limit(p)[:, node, None]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(np.where(limit > 0, problem.layout.by_node(q)[:, node] / limit, np.nan))
-
-
-def _disc(ax: Axes | None) -> Axes:
-    """Axes with the limit of tangential reactions over f p."""
-    rim = np.linspace(0.0, 2.0 * np.pi, 121)
-    axes = axes_for(ax)
-    axes.plot(np.cos(rim), np.sin(rim), color=style.GREY, lw=1.0, label="limit |q| = f p")
-    axes.set_aspect("equal", adjustable="datalim")
-    return axes

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.collections import EllipseCollection
 from matplotlib.colors import Normalize
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
@@ -12,7 +12,6 @@ from matplotlib.tri import Triangulation
 from shakedown.ground.constants import THREE_DIGITS, FloatArray
 from shakedown.ground.shown_values import SHORT_DIGITS, sized, with_unit
 from shakedown.ground.status import OPEN, SLIP, STICK
-from shakedown.joint.arguments import checked
 from shakedown.joint.constraints import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
@@ -25,10 +24,8 @@ Numbers = tuple[FloatArray, str]  # of all nodes, and their name with its unit
 LONGEST = 0.9  # longest arrow, widest disc or loop, as a fraction of the distance of two nodes
 ROOM = 0.6  # margin around the outer nodes, as a fraction of that distance
 DOT = 3.0  # smallest visible diameter of a node [points]
-LARGEST, SHARE = 8.0, 75.0  # marker size [points]; about SHARE in a row fill a panel
 
 
-@checked
 def pressure_over_patch(
     result: Recorded, problem: Problem, cycle: float | None = None, *, patch: int = 0, ax: Axes | None = None
 ) -> Axes:
@@ -71,7 +68,6 @@ def pressure_over_patch(
     return _coloured(problem, numbers, patch, ax, title)
 
 
-@checked
 def welded_pressure_over_patch(problem: Problem, *, patch: int = 0, ax: Axes | None = None) -> Axes:
     """Mean normal welded reactions p_w over a patch; pressures where node areas are known.
 
@@ -93,7 +89,6 @@ def welded_pressure_over_patch(problem: Problem, *, patch: int = 0, ax: Axes | N
     return _coloured(problem, numbers, patch, ax)
 
 
-@checked
 def slip_over_patch(result: Recorded, problem: Problem, *, patch: int = 0, ax: Axes | None = None) -> Axes:
     """How far each node slips in all along a path, Σ|Δv| in contact, over a patch.
 
@@ -111,7 +106,6 @@ def slip_over_patch(result: Recorded, problem: Problem, *, patch: int = 0, ax: A
     return _coloured(problem, (paths.slip_of_nodes(result, problem), label), patch, ax)
 
 
-@checked
 def work_over_patch(result: Recorded, problem: Problem, *, patch: int = 0, ax: Axes | None = None) -> Axes:
     """Friction work of each node along a path, over a patch; per area where areas are known.
 
@@ -128,7 +122,6 @@ def work_over_patch(result: Recorded, problem: Problem, *, patch: int = 0, ax: A
     return _coloured(problem, paths.work_and_name(paths.work_of_nodes(result), problem), patch, ax)
 
 
-@checked
 def friction_use_at(
     result: Recorded, problem: Problem, cycle: float | None = None, *, patch: int = 0, ax: Axes | None = None
 ) -> Axes:
@@ -185,57 +178,6 @@ def friction_use_at(
     return _finished(axes, places, f"{title}, {_largest('|q| / f p', use, '', 1.0)}")
 
 
-@checked
-def loads_over_patch(
-    problem: Problem, *, load_factor: float = 1.0, patch: int = 0, ax: Axes | None = None
-) -> Axes:
-    """Tangential welded reactions over a patch: the mean as an arrow, the path of its tip over a period.
-
-    All patches have one scale. A mean that is next to nothing has no arrows.
-
-    Parameters
-    ----------
-    problem
-        A joint with two directions, and its loading.
-    load_factor
-        λ, the factor on the periodic part.
-    patch
-        Which part of the contact is drawn, of the ``plot.patch_count(problem)`` that there are.
-    ax
-        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
-
-    Raises
-    ------
-    UsageError
-        If the joint has one direction.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> from shakedown import plot
-    >>> axes = plot.loads_over_patch(shakedown.example("four-node-3d"))
-    >>> [text.get_text() for text in axes.get_legend().get_texts()]
-    ['mean q_w', 'q_w over a period']
-    """
-    places, given = places_of(problem, patch), loading(problem)
-    whole = given.at(load_factor)[0]
-    loop, mean = (problem.layout.by_node(q)[..., places.nodes, :] for q in (whole, given.q0))
-    longest = float(problem.law.size(whole).max())
-    # least length of the longest arrow, as a fraction of the size of the patch
-    reach = max(LONGEST * places.spacing, 0.08 * float(np.ptp(places.points, axis=0).max()))
-    scale, axes = 0.5 * reach / (longest or 1.0), patch_axes(places, ax, ROOM * places.spacing)
-    _nodes(axes, places)
-    if problem.law.size(given.q0).max() > THREE_DIGITS * longest:
-        _arrows(axes, places.points, scale * places.seen(mean), style.BLUE, "mean q_w")
-    tips = places.points + scale * places.seen(loop)
-    ways = np.concatenate([tips, tips[:1]]).swapaxes(0, 1)
-    look: dict[str, Any] = {"colors": style.RED, "linewidths": 0.9, "label": "q_w over a period"}
-    axes.add_collection(LineCollection(list(ways), **look))
-    most = _largest("|q_w|", loop, units_of(problem).force, longest)
-    return _finished(axes, places, f"λ = {load_factor:g}, {most}")
-
-
-@checked
 def zones_at(
     result: Recorded, problem: Problem, cycle: float | None = None, *, patch: int = 0, ax: Axes | None = None
 ) -> Axes:
@@ -256,7 +198,8 @@ def zones_at(
     places = places_of(problem, patch)
     state = np.abs(now.state[0])[places.nodes]
     axes = patch_axes(places, ax, ROOM * places.spacing)
-    size = float(np.clip(SHARE / np.sqrt(problem.n), DOT, LARGEST))
+    # diameter [points]: about 75 in a row fill a panel
+    size = float(np.clip(75.0 / np.sqrt(problem.n), DOT, 8.0))
     for number, name, shape, colour in kinds:
         (x, y), edge = places.points[state == number].T, style.GREY if colour == "none" else colour
         axes.scatter(x, y, s=size**2, marker=shape, fc=colour, ec=edge, lw=0.8, label=name)

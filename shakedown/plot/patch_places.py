@@ -73,7 +73,8 @@ class Places:
         if self.in_a_row:
             return None
         if self.faces is not None:
-            return Triangulation(x, y, triangles_of(self.faces))
+            quadrilaterals = self.faces[self.faces[:, 3] >= 0]
+            return Triangulation(x, y, np.concatenate([self.faces[:, :3], quadrilaterals[:, [0, 2, 3]]]))
         if in_a_line(self.points):
             return None
         along, across = about.T / np.abs(about).max()
@@ -96,12 +97,6 @@ def in_a_line(points: FloatArray) -> bool:
     """Whether points (k, 2) or (k, 3) span no area."""
     about = points - points.mean(axis=0)
     return int(np.linalg.matrix_rank(about, SIX_DIGITS * np.abs(about).max())) < 2
-
-
-def triangles_of(faces: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Faces, (m, 4), as triangles, (t, 3)."""
-    quadrilaterals = faces[faces[:, 3] >= 0]
-    return np.concatenate([faces[:, :3], quadrilaterals[:, [0, 2, 3]]])
 
 
 def _circles(corners: FloatArray) -> FloatArray:
@@ -159,15 +154,12 @@ def _all_places(problem: Problem) -> tuple[Places, ...]:
     patches = contact_patches(known, problem.normal, problem.faces)
     found = []
     for k, (nodes, faces) in enumerate(patches):
-        name = _common_name(problem, nodes) or f"patch {k + 1} of {len(patches)}" * (len(patches) > 1)
+        # the common prefix of its labels, as in ``flange: 4711``
+        names = {"" if problem.label is None else problem.label[node].rpartition(": ")[0] for node in nodes}
+        common = names.pop() if len(names) == 1 else ""
+        name = common or f"patch {k + 1} of {len(patches)}" * (len(patches) > 1)
         found.append(_projected(problem, known[nodes], nodes, faces, name))
     return tuple(found)
-
-
-def _common_name(problem: Problem, nodes: NDArray[np.intp]) -> str:
-    """The common prefix of the node labels of a patch, as in ``flange: 4711``; "" where they differ."""
-    names = {"" if problem.label is None else problem.label[node].rpartition(": ")[0] for node in nodes}
-    return names.pop() if len(names) == 1 else ""
 
 
 def _projected(

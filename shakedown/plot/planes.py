@@ -12,7 +12,7 @@ from shakedown.ground.constants import EACH_SHOWN, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import at_lambda, few, with_unit
 from shakedown.ground.status import OPEN, STICK, Status
-from shakedown.joint.arguments import check_load_factor, checked, require_plane
+from shakedown.joint.arguments import check_load_factor, require_plane
 from shakedown.joint.constraints import SIDE_NAMES, Constraints, Side, constraints
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
@@ -20,17 +20,15 @@ from shakedown.motion.course import EventKind
 from shakedown.motion.event_history import EventHistory
 from shakedown.plot import style
 from shakedown.plot.paths import Recorded, path_of
-from shakedown.plot.style import Style, Styles, axes_for, finished, style_of
+from shakedown.plot.style import Style, axes_for, finished, style_of
 from shakedown.programs.simplex import corners
 
 
-@checked
 def slip_space(
     problem: Problem,
     load_factor: float,
     results: Mapping[str, Recorded] | None = None,
     *,
-    styles: Styles = None,
     ax: Axes | None = None,
 ) -> Axes:
     """The slip plane of a two-node joint: its four rows, the safe region, paths (thesis fig. 5.4).
@@ -47,8 +45,6 @@ def slip_space(
         λ at which the rows are drawn.
     results
         Name → a result with recorded events.
-    styles
-        Keywords of ``Axes.plot`` for the path of a name.
     ax
         Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
@@ -70,12 +66,12 @@ def slip_space(
         raise UsageError(f"slip space: expected a problem with 2 nodes, found {problem.n}")
     rows, axes = constraints(problem), axes_for(ax, (6.0, 5.0))
     check_load_factor(load_factor, problem)
-    region = safe_polygon(rows, load_factor)
+    region = corners(rows.G, rows.g - load_factor * rows.d)  # empty where none is bounded with an interior
     if len(region):
         axes.add_patch(Polygon(region, closed=True, fc=style.GREEN, alpha=0.25, lw=0, label="safe region"))
     paths = {name: path_of(result) for name, result in (results or {}).items()}
     for k, (name, path) in enumerate(paths.items()):
-        _draw_path(axes, path, style_of(name, k, styles))
+        _draw_path(axes, path, style_of(name, k))
     last = None if len(region) else upper_bound(problem, certify=False)
     if last is not None and last.status == Status.OPTIMAL:
         axes.plot(*last.slip, "x", color=style.GREEN, ms=7, mew=2, zorder=4, label="safe slip at λ_max")
@@ -84,14 +80,6 @@ def slip_space(
     _, length = units_of(problem)
     names = with_unit("slip of node 0", length), with_unit("slip of node 1", length)
     return finished(axes, *names, title=at_lambda(load_factor))
-
-
-def safe_polygon(rows: Constraints, load_factor: float) -> FloatArray:
-    """Corners of the safe region G v ≤ g − λ d of a two-node joint, in order, (k, 2) [length].
-
-    Empty where there is no bounded region with an interior.
-    """
-    return corners(rows.G, rows.g - load_factor * rows.d)
 
 
 def _draw_path(axes: Axes, path: EventHistory, look: Style) -> None:
@@ -135,7 +123,6 @@ def _keep_limits(axes: Axes, margin: float) -> None:
     axes.set_autoscale_on(False)
 
 
-@checked
 def reaction_space(result: Recorded, problem: Problem, node: int = 0, *, ax: Axes | None = None) -> Axes:
     """The load that one node feels, with its stick sector where it moves to (appendix A, thesis 4.2–4.9).
 

@@ -33,9 +33,7 @@ STATES = {
     2: ("open", "none"),  # the paper shows
 }
 
-COUNTED, MOST_TICKS = ("node", "cycle"), 6  # axes of whole numbers; intervals of others
 MARGIN = 0.06  # around what is drawn, as a fraction of its size
-FARTHEST = 3.0  # times the range of interest; beyond it pictures are cut off
 DOTS_PER_INCH = 150
 UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}  # the same picture has the same bytes
 
@@ -57,8 +55,8 @@ def finished(axes: Axes, xlabel: str = "", ylabel: str = "", *, title: str = "",
         if isinstance(numbers := axis.get_major_formatter(), ScalarFormatter):
             numbers.set_powerlimits((-2, 4))
         if isinstance(ticks := axis.get_major_locator(), AutoLocator):
-            ticks.set_params(nbins=MOST_TICKS)
-    if axes.get_xlabel() in COUNTED and axes.get_xscale() == "linear":
+            ticks.set_params(nbins=6)
+    if axes.get_xlabel() in ("node", "cycle") and axes.get_xscale() == "linear":
         axes.xaxis.set_major_locator(MaxNLocator(9, integer=True, min_n_ticks=1))
     if title:
         axes.set_title(title, fontsize="medium")

@@ -119,12 +119,6 @@ def node_columns(nodes: NodeResults, problem: Problem) -> dict[str, FloatArray]:
     return {word: values for word, values in columns.items() if not np.isnan(values).all()}
 
 
-def worst_first(nodes: NodeResults, problem: Problem) -> list[int]:
-    """The nodes by decreasing slip range; equal ones by decreasing pressure."""
-    slip = without_round_off(nodes.slip_range, resolution(problem, nodes.load_factor)[0])
-    return np.lexsort([-np.nan_to_num(part, nan=-1.0) for part in (nodes.p_max, np.array(slip))]).tolist()
-
-
 def by_direction(problem: Problem, name: str, slips: FloatArray) -> dict[str, list[float]]:
     """A column of slips, or with two tangential directions one column for each.
 
@@ -196,11 +190,6 @@ def examples_sheet(known: dict[str, Problem]) -> Sheet:
         "": [problem.name for problem in known.values()],
     }
     return Sheet([], sections=[Section(tables=[Table.of(columns, ("name", ""))])])
-
-
-def written_sheet(problem: Problem, file: str) -> Sheet:
-    """A problem, and the file that it was written to."""
-    return Sheet([f"wrote {file}", *headline(problem)])
 
 
 def doubts(problem: Problem) -> list[str]:

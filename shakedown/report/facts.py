@@ -26,8 +26,9 @@ if TYPE_CHECKING:
 
 Rounding = Literal["down", "up", "nearest"]
 ROUNDED = {"down": down, "up": up, "nearest": few}
-_TEXTS = files("shakedown.report").joinpath("templates/notes.toml").read_text("utf-8")
-notes = SimpleNamespace(**loads(_TEXTS))
+notes = SimpleNamespace(
+    **loads(files("shakedown.report").joinpath("templates/notes.toml").read_text("utf-8"))
+)
 """What text and pages say in sentences: a fixed list."""
 NEGATIVE = "−"  # as long as a plus sign
 

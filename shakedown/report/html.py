@@ -1,7 +1,7 @@
 """The verification report: one self-contained HTML file with its pictures, and the same as JSON."""
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import groupby
@@ -14,7 +14,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from shakedown import plot
-from shakedown.assessment.verify import Run, Verification
+from shakedown.assessment.verify import Verification
 from shakedown.files.atomic_write import atomic_write_together, check_target
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.constants import EACH_SHOWN, SIX_DIGITS
@@ -25,7 +25,6 @@ from shakedown.ground.work_limit import on_one_thread
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.long_term.conjugate_displacement import load_loops
-from shakedown.long_term.simulation import Simulation
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.event_history import EventHistory
 from shakedown.plot.inline_svg import PANEL, SIDE_BY_SIDE, Drawing, Picture, picture
@@ -38,20 +37,11 @@ from shakedown.plot.patch_places import (
     places_of,
 )
 from shakedown.plot.paths import extreme_rows, work_of_nodes
-from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, Styles
+from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
+from shakedown.report import run_facts
 from shakedown.report.data_facts import configuration, joint_facts, open_in_words, resolution, source_facts
 from shakedown.report.facts import TOGETHER, Section, as_text, notes
 from shakedown.report.limit_facts import limit_sections
-from shakedown.report.run_facts import (
-    banner_class,
-    findings,
-    limits_on_page,
-    provenance,
-    remarks_of,
-    runs_section,
-    verify_sheet,
-    worst_table,
-)
 
 STATE = "State at λ = 1"
 REPORT = "shakedown-bounds verify"  # the first entry of a report's JSON
@@ -118,12 +108,12 @@ def _is_a_reports(path: Path) -> bool:
 @on_one_thread
 def render(v: Verification) -> str:
     """A verification as one self-contained HTML page."""
-    sheet = replace(verify_sheet(v), sections=list(_sections(v)))
+    sheet = replace(run_facts.verify_sheet(v), sections=list(_sections(v)))
     known = {
         "title": shortened(v.problem.name) or "unnamed problem",
         "sheet": sheet,
-        "findings": findings(v),
-        "verdict_class": banner_class(v),
+        "findings": run_facts.findings(v),
+        "verdict_class": run_facts.banner_class(v),
         "scale": scale_picture(v),
         "view": contact_to_turn(v),
         "view_in": STATE,
@@ -137,16 +127,18 @@ def _sections(v: Verification) -> Iterator[Section]:
     problem = v.problem
     limits, rest, slips = limit_sections(v.assessment, simulated=True)
     yield limits
-    yield replace(rest, notes=[*rest.notes, *remarks_of(v)], pictures=limit_pictures(v))
-    yield Section("Runs", pictures=run_pictures(v))
-    yield replace(runs_section(v), title=f"Table of {count(len(v.runs), 'run')}", folded=True)
-    worst = [worst_table(problem, v.nodes)] if v.nodes.period else []
+    yield replace(rest, notes=[*rest.notes, *run_facts.remarks_of(v)], pictures=limit_pictures(v))
+    yield Section("Runs", pictures=[run_picture(v)])
+    yield replace(run_facts.runs_section(v), title=f"Table of {count(len(v.runs), 'run')}", folded=True)
+    worst = [run_facts.worst_table(problem, v.nodes)] if v.nodes.period else []
     said = [each for each in [no_pictures(v)] if each]
     said += [notes.summed, notes.mesh_at_edges, notes.all_nodes] if worst else []
     yield Section(STATE, (), worst, said, state_pictures(v))
     yield Section("Joint", joint_facts(problem), pictures=problem_pictures(problem))
     yield replace(slips, title=f"Safe slip of {count(problem.n, 'node')}", folded=True)
-    yield Section("Provenance", [*source_facts(problem), *provenance(v)], (), [notes.assumed, notes.not_said])
+    yield Section(
+        "Provenance", [*source_facts(problem), *run_facts.provenance(v)], (), [notes.assumed, notes.not_said]
+    )
 
 
 def environment() -> Environment:
@@ -183,7 +175,7 @@ THICK = 3.0  # width of the first line, in points
 
 def scale_picture(v: Verification) -> Picture:
     """Every limit of the load factor on one scale, with λ = 1; in two sizes, of which the page shows one."""
-    marks, known, opened = limits_on_page(v), v.limits.from_state, v.limits.open_nodes
+    marks, known, opened = run_facts.limits_on_page(v), v.limits.from_state, v.limits.open_nodes
     here, everywhere = np.nan_to_num([known.load_factor, v.limits.universal.load_factor], posinf=np.inf)
     bands = {"proved": (0.0 if everywhere >= here else known.least_load_factor, max(here, everywhere))}
     state = f"with {open_in_words(opened, v.problem)} open" if opened else "from this state"
@@ -197,11 +189,18 @@ def scale_picture(v: Verification) -> Picture:
     return picture(caption.strip(), Drawing(draw, size=wide), Drawing(draw, size=narrow))
 
 
-def run_pictures(v: Verification) -> list[Picture]:
-    """Slip per cycle of the runs, and of two nodes their paths in the slip plane, a panel per load factor."""
-    groups, drawings, resting = [*_by_load_factor(v.runs)], list[Drawing](), list[str]()
-    for title, load_factor, runs, styles in groups:
-        none = float(resolution(v.problem, load_factor)[0].max())  # up to this there is no slip
+def run_picture(v: Verification) -> Picture:
+    """Slip per cycle of the runs, a panel per load factor."""
+    drawings, resting = list[Drawing](), list[str]()
+    for (factor, region), group in groupby(v.runs, key=lambda run: (run.simulation.load_factor, run.region)):
+        title, runs = f"{at_lambda(factor)}, {region}", {run.initial: run.simulation for run in group}
+        styles: dict[str, dict[str, Any]] = {}
+        for name in runs:
+            kind, _, index = name.partition(" ")  # as in "random 2"
+            dashes = DASHES[int(index or 0) % len(DASHES)]
+            width = THICK - (THICK - 1.0) * len(styles) / len(runs)  # none hides those below it
+            styles[name] = {"color": COLOURS[kind], "ls": dashes, "lw": width, "label": name}
+        none = float(resolution(v.problem, factor)[0].max())  # up to this there is no slip
         if any(run.cycles.slip.max(initial=0.0) > none for run in runs.values()):
             draw = partial(plot.slip_per_cycle, runs, v.problem, styles=styles, resolution=none)
             drawings.append(Drawing(draw, title))
@@ -209,28 +208,7 @@ def run_pictures(v: Verification) -> list[Picture]:
             resting.append(title)
     still = f"Not drawn, as nothing slips or no cycle ends: {', '.join(resting)}." * bool(resting)
     said = f"{notes.slip_per_cycle * bool(drawings)} {still}".strip()
-    pictures = [picture(said, *drawings, alike=len(drawings), one_legend=True)]
-    if not in_space(v.problem) and v.problem.n == 2:
-        planes = []
-        for title, load_factor, runs, styles in groups:
-            recorded = {name: run for name, run in runs.items() if run.history is not None}
-            draw = partial(plot.slip_space, v.problem, load_factor, recorded, styles=styles)
-            planes.append(Drawing(draw, title))
-        pictures.append(picture(notes.slip_space, *planes, alike=len(planes), one_legend=True))
-    return pictures
-
-
-def _by_load_factor(runs: Sequence[Run]) -> Iterator[tuple[str, float, dict[str, Simulation], Styles]]:
-    """A panel for each load factor: title, load factor, runs by initial state, and a style for each."""
-    for (factor, region), group in groupby(runs, key=lambda run: (run.simulation.load_factor, run.region)):
-        named = {run.initial: run.simulation for run in group}
-        styles: dict[str, dict[str, Any]] = {}
-        for name in named:
-            kind, _, index = name.partition(" ")  # as in "random 2"
-            dashes = DASHES[int(index or 0) % len(DASHES)]
-            width = THICK - (THICK - 1.0) * len(styles) / len(named)  # none hides those below it
-            styles[name] = {"color": COLOURS[kind], "ls": dashes, "lw": width, "label": name}
-        yield f"{at_lambda(factor)}, {region}", factor, named, styles
+    return picture(said, *drawings, alike=len(drawings), one_legend=True)
 
 
 def limit_pictures(v: Verification) -> list[Picture]:
@@ -393,15 +371,11 @@ def instants(path: EventHistory) -> list[float]:
 
 
 def problem_pictures(problem: Problem) -> list[Picture]:
-    """Nodes and the loads on them; the loads within the limits of a few nodes, or of all; their sums."""
-    few, space = problem.n <= SIDE_BY_SIDE, in_space(problem)
-    draws = (plot.loads_over_patch, plot.welded_pressure_over_patch) if space else (plot.contact,)
-    drawings = _panels(problem, *(partial(draw, problem) for draw in draws[: 1 if few else 2]))
-    if few:
-        each = plot.load_orbits if space else plot.load_loop
-        drawings.append(Drawing(partial(each, problem, range(problem.n))))
-    elif not space:
-        drawings.append(Drawing(partial(plot.loads_along, problem)))
+    """Nodes and the loads on them; in the plane the loads of a few nodes within their limits; their sums."""
+    space = in_space(problem)
+    drawings = _panels(problem, partial(plot.welded_pressure_over_patch if space else plot.contact, problem))
+    if problem.n <= SIDE_BY_SIDE and not space:
+        drawings.append(Drawing(partial(plot.load_loop, problem, range(problem.n))))
     drawings.append(Drawing(partial(plot.loads_in_time, problem)))
     return [picture(f"{notes.loads}{_left_out(problem)}", *drawings)]
 

@@ -25,18 +25,7 @@ from shakedown.ground.status import Said, Status
 from shakedown.joint.constraints import SIDE_NAMES, loading
 from shakedown.joint.rigid_slips import can_creep
 from shakedown.joint.units import loads_in_words, units_of
-from shakedown.report import facts
-from shakedown.report.data_facts import (
-    LONGEST_ENTRY,
-    by_direction,
-    headline,
-    load_path,
-    node_column,
-    node_in_words,
-    open_in_words,
-    ranges,
-    relative_to,
-)
+from shakedown.report import data_facts, facts
 from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, notes, number
 
 if TYPE_CHECKING:
@@ -46,10 +35,6 @@ if TYPE_CHECKING:
     from shakedown.bounds.uniqueness.friction_thresholds import Threshold, Wedging
     from shakedown.joint.problem import Problem
 
-CLAIM = "shakedown (slip ceases)"
-CLOSED = "full contact"
-UNKNOWN = "–"  # instead of what a claim is valid for
-CAUSES = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
 SAME = 1e-3  # relative difference of two thresholds that is not shown
 NEXT = {
     Said.SHAKEDOWN: ("verify {} -o report.html", "(checks it)"),
@@ -88,7 +73,7 @@ def solve_sheet(
     about += [followed(found.details)] if follow else []
     about += next_step(found, file)
     table = claims_table(found.problem, known, digits)
-    head = headline(found.problem, limits=True)
+    head = data_facts.headline(found.problem, limits=True)
     return Sheet(head, [said_of_nominal_load(found)], table, about, sections)
 
 
@@ -108,8 +93,8 @@ def claims(found: Assessment) -> list[Fact]:
     start = state_in_words(limits.energy, found.problem)
     every, upper = limits.universal, limits.upper
     proved = every if found.proved_from_this_state > here.load_factor else here
-    everywhere = CLOSED + ", transient over" * bool(every.after_transient)
-    corners = CLOSED + ", all corners passed" * found.problem.is_domain
+    everywhere = "full contact" + ", transient over" * bool(every.after_transient)
+    corners = "full contact" + ", all corners passed" * found.problem.is_domain
     return [
         _claim(Claim.EVERY_STATE, found.proved_from_every_state, every, everywhere, zone),
         _claim(Claim.THIS_STATE, found.proved_from_this_state, proved, start, zone),
@@ -119,7 +104,7 @@ def claims(found: Assessment) -> list[Fact]:
 
 def nothing_is_known(found: Assessment) -> bool:
     """Whether every claim is unknown."""
-    return all(claim.note == UNKNOWN for claim in claims(found))
+    return all(claim.note == "–" for claim in claims(found))
 
 
 def _claim(claim: Claim, load_factor: float, bound: Bound, about: str, zone: str) -> Fact:
@@ -129,7 +114,7 @@ def _claim(claim: Claim, load_factor: float, bound: Bound, about: str, zone: str
     if 0 < load_factor < inf:
         return Fact(claim, load_factor, bound.symbol, rounding, about)
     if isnan(load_factor) or (zone and not safe_at_all):
-        return Fact(claim, f"unknown ({zone})" if zone else "unknown", note=UNKNOWN)
+        return Fact(claim, f"unknown ({zone})" if zone else "unknown", note="–")
     if isinf(load_factor):
         return Fact(claim, f"{'no' if rounding == 'up' else 'any'} load factor", note=about)
     return Fact(claim, "0" if rounding == "up" else "not proved", note=about)
@@ -163,8 +148,9 @@ def claims_table(problem: Problem, known: list[Fact], digits: int = FEW_DIGITS) 
     """Claim, load factor, the user's loads, margin to the nominal load, where it holds: a row each."""
     sizes = [(claim.value if isinstance(claim.value, float) else nan, claim.rounding) for claim in known]
     texts = facts.limits_as_text(sizes, digits)
+    claimed = "shakedown (slip ceases)"
     columns = {
-        CLAIM: [claim.label for claim in known],
+        claimed: [claim.label for claim in known],
         "load factor": [
             claim.value if isinstance(claim.value, str) else text
             for claim, text in zip(known, texts, strict=True)
@@ -175,7 +161,7 @@ def claims_table(problem: Problem, known: list[Fact], digits: int = FEW_DIGITS) 
     }
     if not any(columns["in your loads"]):
         del columns["in your loads"]
-    return Table.of(columns, (CLAIM, "in your loads", "valid for"))
+    return Table.of(columns, (claimed, "in your loads", "valid for"))
 
 
 def loads_at(problem: Problem, load_factor: float, rounding: Rounding) -> str:
@@ -230,7 +216,7 @@ def decided_by(found: Assessment) -> Iterator[Fact]:
     if problem.law.smooth.size:
         yield Fact("first slip", 0.0, rounding="down", note="without friction")
     elif 0.0 < slip.load_factor < inf and not upper.open_nodes:
-        note = f"{node_in_words(problem, slip.node)}; below it no node slips"
+        note = f"{data_facts.node_in_words(problem, slip.node)}; below it no node slips"
         yield Fact("first slip", slip.load_factor, rounding="down", note=note)
     if found.proved_from_this_state < found.proved_from_every_state and not limits.open_nodes:
         yield Fact("this state", "not one of all", note=notes.not_one_of_all)
@@ -250,18 +236,19 @@ def _deciding_node(found: Assessment) -> Iterator[Fact]:
         if known is None or not known.ranked().size:
             continue
         node = int(known.ranked()[0])
-        changes = ((cause, float(getattr(known, kind).elasticity[node])) for kind, cause in CAUSES.items())
+        causes = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
+        changes = ((cause, float(getattr(known, kind).elasticity[node])) for kind, cause in causes.items())
         effects = [
             f"{cause} {facts.signed(by, 2) if abs(by) >= 5e-4 else '0 %'}"  # per cent: less is called none
             for cause, by in changes
             if not isnan(by)
         ]
         note = f"1 % more there changes “{BOUNDS[name].claim}” by: {', '.join(effects)}"
-        yield Fact("decided by", node_in_words(problem, node), note=note)
+        yield Fact("decided by", data_facts.node_in_words(problem, node), note=note)
         return
     nodes = tuple(sorted({node for node, _ in limits.upper.active}))
     if nodes:
-        named = "all nodes" if 1 < len(nodes) == problem.n else open_in_words(nodes, problem)
+        named = "all nodes" if 1 < len(nodes) == problem.n else data_facts.open_in_words(nodes, problem)
         yield Fact("decided by", named, note="at the friction limit at λ_max")
 
 
@@ -269,7 +256,9 @@ def _zone(upper: Bound, problem: Problem) -> Iterator[Fact]:
     """Which nodes are open, and up to where that zone has a safe slip."""
     if not upper.open_nodes:
         return
-    yield Fact("open nodes", open_in_words(upper.open_nodes, problem), note="assumed; all others closed")
+    yield Fact(
+        "open nodes", data_facts.open_in_words(upper.open_nodes, problem), note="assumed; all others closed"
+    )
     least = upper.least_load_factor
     if least > 0:
         yield Fact("safe from", least, rounding="up", note="least load factor with a safe slip")
@@ -292,8 +281,8 @@ def next_step(found: Assessment, file: str) -> list[Fact]:
 def limit_sections(found: Assessment, digits: int = FEW_DIGITS, *, simulated: bool = False) -> list[Section]:
     """Every limit with what it ends at; thresholds and loads; the safe slip node by node."""
     limits, problem = found.details, found.problem
-    about = [load_path(problem), *_reservations(limits), *_through_transient(limits)]
-    about += [*relative_to(problem, limits.pinned), *friction_facts(limits)]
+    about = [data_facts.load_path(problem), *_reservations(limits), *_through_transient(limits)]
+    about += [*data_facts.relative_to(problem, limits.pinned), *friction_facts(limits)]
     said = [notes.computed] + [notes.no_sides] * bool(limits.absent)
     if problem.initial_slip is not None and not np.nan_to_num(limits.energy.initial_slip).any():
         said.append(notes.given_states)
@@ -342,7 +331,9 @@ def limits_table(limits: JointLimits, digits: int = FEW_DIGITS, *, simulated: bo
     ]
     others = ", of the nodes with friction" * bool(limits.problem.law.smooth.size)
     for name, onset in (("first slip", limits.first_slip), ("first opening", limits.first_opening)):
-        where = onset.reason or (node_in_words(limits.problem, onset.node) if onset.node >= 0 else "")
+        where = onset.reason or (
+            data_facts.node_in_words(limits.problem, onset.node) if onset.node >= 0 else ""
+        )
         alone = (", if no node slipped" if name == "first opening" else others) * (onset.node >= 0)
         rows.append(["", name, number(onset.load_factor, digits, "down"), f"{where}{alone}", IN_FLOATS])
     least = limits.upper.least_load_factor
@@ -378,8 +369,8 @@ def _title(bound: Bound) -> str:
 def _limited_by(bound: Bound, problem: Problem) -> str:
     """What a limit ends at, with its node and the nodes that are open, and whether it is a theorem."""
     node, said = getattr(bound, "node", -1), bound.remark
-    where = node_in_words(problem, node) if node >= 0 and f"node {node}" not in said else ""
-    opened = f"{open_in_words(bound.open_nodes)} open" if bound.open_nodes else ""
+    where = data_facts.node_in_words(problem, node) if node >= 0 and f"node {node}" not in said else ""
+    opened = f"{data_facts.open_in_words(bound.open_nodes)} open" if bound.open_nodes else ""
     theorem = str(getattr(bound, "guarantee", "")).replace("evidence", "no proof")
     return "; ".join(filter(None, [theorem, said, where, opened]))
 
@@ -424,10 +415,10 @@ def safe_slip_section(limits: JointLimits) -> Section:
     """Node by node: safe slip at λ_max, critical slip at λ_1, limits reached, friction threshold."""
     problem, upper = limits.problem, limits.upper
     lower, friction = present(limits.lower), present(limits.friction)
-    slips = by_direction(problem, "safe slip", upper.slip)
+    slips = data_facts.by_direction(problem, "safe slip", upper.slip)
     slips |= {} if lower is None else {"critical slip": lower.slip.tolist()}
     unit = units_of(problem).length
-    columns = node_column(problem)
+    columns = data_facts.node_column(problem)
     columns |= {with_unit(name, unit): [number(x, DIGITS) for x in slip] for name, slip in slips.items()}
     columns["reached at λ_max"] = [_reached(problem, upper, node) or "–" for node in range(problem.n)]
     said = [notes.directions, notes.reached] if problem.directions > 1 else []
@@ -445,8 +436,8 @@ def _reached(problem: Problem, upper: Bound, node: int) -> str:
         return "open; gap closes" if reached else "open"
     if problem.directions == 1:
         return "+".join(SIDE_NAMES[side] for side in reached)
-    said = ranges(sorted(reached))
-    return said if len(said) <= LONGEST_ENTRY else f"{len(reached)} load steps"
+    said = data_facts.ranges(sorted(reached))
+    return said if len(said) <= data_facts.LONGEST_ENTRY else f"{len(reached)} load steps"
 
 
 def assessment_document(

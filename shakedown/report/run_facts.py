@@ -16,28 +16,8 @@ from shakedown.ground.constants import FloatArray
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, count, few, shortened, sized, with_unit
 from shakedown.ground.status import Outcome, Said
 from shakedown.joint.units import is_pulled_everywhere, loads_in_words, units_of
-from shakedown.report.data_facts import (
-    by_direction,
-    headline,
-    node_column,
-    node_columns,
-    node_in_words,
-    open_in_words,
-    resolution,
-    without_round_off,
-    worst_first,
-)
+from shakedown.report import data_facts, limit_facts
 from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, limits_as_text, notes, number
-from shakedown.report.limit_facts import (
-    SAME,
-    certain,
-    claims,
-    claims_table,
-    decided_by,
-    followed,
-    limit_sections,
-    said_of_nominal_load,
-)
 
 if TYPE_CHECKING:
     from shakedown.assessment.transient_limit import SlipLimit
@@ -62,8 +42,8 @@ def run_sheet(problem: Problem, run: Simulation, initial: str) -> Sheet:
     from shakedown.bounds.named_start import moved_by_transient  # loads what it was made with
 
     unit = units_of(problem)
-    none_of_slip, none_of_work = resolution(problem, run.load_factor)
-    (lost,) = without_round_off([run.dissipation_per_cycle], none_of_work.max())
+    none_of_slip, none_of_work = data_facts.resolution(problem, run.load_factor)
+    (lost,) = data_facts.without_round_off([run.dissipation_per_cycle], none_of_work.max())
     facts = [
         *_outcome(problem, run, initial),
         *(_rest(problem, run) if run.proved and not run.separated else []),
@@ -75,14 +55,18 @@ def run_sheet(problem: Problem, run: Simulation, initial: str) -> Sheet:
         Fact("friction law residual", number(run.residual, 2), note="relative"),
         Fact("method", run.method, note="" if run.events is None else f"{run.events} events"),
     ]
-    slips = without_round_off(run.slip_per_cycle, none_of_slip)
+    slips = data_facts.without_round_off(run.slip_per_cycle, none_of_slip)
     table = _slips(problem, {"initial": run.initial_slip, "final": run.final_slip}, slips)
     safe = initial == "safe" and not run.open_nodes
     said = [notes.one_path] * problem.is_domain
     said += [notes.transient_moves] * (safe and moved_by_transient(problem, run.load_factor))
     said += [notes.directions] * (problem.directions > 1) + [notes.summed]
     return Sheet(
-        headline(problem), [said_of_run(problem, run)], None, facts, [Section("", (), [table], said)]
+        data_facts.headline(problem),
+        [said_of_run(problem, run)],
+        None,
+        facts,
+        [Section("", (), [table], said)],
     )
 
 
@@ -105,7 +89,7 @@ def said_of_run(problem: Problem, run: Simulation, proved: str = "") -> str:
         return f"{here} {notes.slides_away[0].lower()}{notes.slides_away[1:]}"
     if run.outcome == Outcome.UNDECIDED:
         return f"{here} it is undecided what the joint does."
-    opened = f" with {open_in_words(run.open_nodes, problem)} open" if run.open_nodes else ""
+    opened = f" with {data_facts.open_in_words(run.open_nodes, problem)} open" if run.open_nodes else ""
     if run.outcome != Outcome.SHAKEDOWN:
         return f"{here} the joint {DOES[run.outcome]}: simulated.{_drift(problem, run)}"
     how = proved or ("proved" if run.proved else "simulated, not proved")
@@ -183,7 +167,9 @@ def slip_limit_fact(limit: SlipLimit | None, problem: Problem) -> list[Fact]:
         return [Fact(label, "at every load factor simulated")]
     said = ["above it there are load factors at which they are again"] * (not limit.monotone)
     if limit.node >= 0:
-        said.insert(0, f"largest {sized(limit.largest, unit)}, {node_in_words(problem, limit.node)}")
+        said.insert(
+            0, f"largest {sized(limit.largest, unit)}, {data_facts.node_in_words(problem, limit.node)}"
+        )
     note = "; ".join(said)
     return [Fact(label, f"up to λ = {number(limit.load_factor, rounding='down')}", note=note)]
 
@@ -191,9 +177,9 @@ def slip_limit_fact(limit: SlipLimit | None, problem: Problem) -> list[Fact]:
 def _slips(problem: Problem, slips: dict[str, FloatArray], per_cycle: list[float]) -> Table:
     """Initial and final slip and the slip distance per cycle, a row per node."""
     unit, digits = units_of(problem).length, DIGITS if problem.directions == 1 else 5
-    columns, parts = node_column(problem), dict[str, list[float]]()
+    columns, parts = data_facts.node_column(problem), dict[str, list[float]]()
     for word, slip in slips.items():
-        parts |= by_direction(problem, word, slip)
+        parts |= data_facts.by_direction(problem, word, slip)
     for name, values in (parts | {"Σ|Δv|": per_cycle}).items():
         columns[with_unit(name, unit)] = [number(x, digits) for x in values]
     return Table.of(columns)
@@ -206,19 +192,21 @@ def nodes_sheet(problem: Problem, found: NodeResults, initial: str) -> Sheet:
     does = notes.apart if separate else does
     facts = _outcome(problem, found, initial)
     if not found.period:
-        return Sheet(headline(problem), [does], None, facts, [Section("", (), (), [notes.no_period])])
+        return Sheet(
+            data_facts.headline(problem), [does], None, facts, [Section("", (), (), [notes.no_period])]
+        )
     facts += node_facts(problem, found)
     known, which = worst_table(problem, found), "All nodes"
     if problem.n > WORST:
         which = f"The {WORST} nodes with the largest {'slip range' if found.slip_range.any() else 'pressure'}"
     said = [notes.summed, notes.forces] + [notes.mixed] * ("mixed" in found.status)
     said += [notes.one_path] * problem.is_domain
-    return Sheet(headline(problem), [does], None, facts, [Section(which, (), [known], said)])
+    return Sheet(data_facts.headline(problem), [does], None, facts, [Section(which, (), [known], said)])
 
 
 def node_facts(problem: Problem, found: NodeResults) -> list[Fact]:
     """The largest slip range, slip, work and pressure of a node, the sum of the work, how many nodes slip."""
-    unit, columns = units_of(problem), node_columns(found, problem)
+    unit, columns = units_of(problem), data_facts.node_columns(found, problem)
     counted = (
         f"{found.status.count(word)} {'open at times' if word == 'mixed' else word}"
         for word in dict.fromkeys(found.status)
@@ -233,7 +221,11 @@ def node_facts(problem: Problem, found: NodeResults) -> list[Fact]:
     ):
         if np.nanmax(columns[word]) > 0:
             most = int(np.nanargmax(columns[word]))
-            facts.append(Fact(f"largest {label}", columns[word][most], of, note=node_in_words(problem, most)))
+            facts.append(
+                Fact(
+                    f"largest {label}", columns[word][most], of, note=data_facts.node_in_words(problem, most)
+                )
+            )
     bound = float(found.total_slip_bound.max())  # of the slip of any node, from the initial state on
     if not columns["slip_range"].any():
         facts.append(Fact("slip", "none", note="proved: no node ever slips" if bound == 0 else ""))
@@ -246,8 +238,10 @@ def node_facts(problem: Problem, found: NodeResults) -> list[Fact]:
 
 def worst_table(problem: Problem, found: NodeResults) -> Table:
     """Everything known of the nodes that move farthest, with units."""
-    columns, worst = node_columns(found, problem), worst_first(found, problem)[:WORST]
-    shown = node_column(problem) | {"status": list(found.status)}
+    columns = data_facts.node_columns(found, problem)
+    order = found.p_max, columns.get("slip_range", np.zeros(problem.n))  # equal slips by decreasing pressure
+    worst = np.lexsort([-np.nan_to_num(part, nan=-1.0) for part in order])[:WORST].tolist()
+    shown = data_facts.node_column(problem) | {"status": list(found.status)}
     keys = len(shown) - 1
     for word, values in columns.items():
         name = HEADINGS.get(word, word.replace("_", " "))
@@ -275,24 +269,24 @@ def verify_sheet(
     At the nominal load (λ = 1) the joint slips in every cycle: simulated.
     Simulation agrees with the limits in all 3 runs.
     """
-    known = claims(v.assessment)
-    table = claims_table(v.problem, known, digits)
+    known = limit_facts.claims(v.assessment)
+    table = limit_facts.claims_table(v.problem, known, digits)
     facts = [
-        *decided_by(v.assessment),
-        *([followed(v.limits)] if _reaches_farther(v) else []),
+        *limit_facts.decided_by(v.assessment),
+        *([limit_facts.followed(v.limits)] if _reaches_farther(v) else []),
         *state_facts(v),
         *(_next(v, file, page) if file else []),
     ]
     sections = [Section("Findings", found)] if (found := findings(v)) else []
     if details:
-        sections += limit_sections(v.assessment, digits, simulated=True)
+        sections += limit_facts.limit_sections(v.assessment, digits, simulated=True)
         sections += [Section("", (), (), remarks_of(v)), runs_section(v)]
-    return Sheet(headline(v.problem, limits=True), [answer(v), verdict(v)], table, facts, sections)
+    return Sheet(data_facts.headline(v.problem, limits=True), [answer(v), verdict(v)], table, facts, sections)
 
 
 def _reaches_farther(v: Verification) -> bool:
     """Whether following the cycles proves noticeably more than what is proved from this state anyway."""
-    limit, most = v.transient, v.assessment.proved_from_this_state * (1.0 + SAME)
+    limit, most = v.transient, v.assessment.proved_from_this_state * (1.0 + limit_facts.SAME)
     return limit is not None and limit.at_proved is not None and not limit.proved <= most
 
 
@@ -324,7 +318,7 @@ def answer(v: Verification) -> str:
     """What becomes of the joint under the nominal load: proved by the limits, else by simulation."""
     run = v.as_given.simulation
     if v.assessment.said_as_given == Said.SHAKEDOWN and run.outcome == Outcome.SHAKEDOWN:
-        return said_of_nominal_load(v.assessment)
+        return limit_facts.said_of_nominal_load(v.assessment)
     return said_of_run(v.problem, run, "proved by following its cycles" if run.proved else "")
 
 
@@ -366,7 +360,7 @@ def state_facts(v: Verification) -> list[Fact]:
     facts = node_facts(v.problem, v.nodes) if v.nodes.period else nothing
     if limit is not None and limit.proved != limit.load_factor:  # at λ_T itself it is only simulated
         note = "up to here the joint shakes down in the simulation"
-        at = number(certain(limit), rounding="down")
+        at = number(limit_facts.certain(limit), rounding="down")
         if np.isnan(limit.load_factor):
             at, note = "no λ", "the joint shakes down at no load factor simulated"
         elif not np.isfinite(limit.high):
@@ -380,13 +374,13 @@ def limits_on_page(v: Verification) -> dict[str, float]:
     """The limits that the claims go by, the zone's and λ_T, by symbol, rounded to the safe side."""
     known: dict[str, tuple[float, Rounding]] = {
         claim.unit: (claim.value, claim.rounding)
-        for claim in claims(v.assessment)
+        for claim in limit_facts.claims(v.assessment)
         if isinstance(claim.value, float)
     }
     if v.limits.open_nodes:
         known["zone"] = v.limits.upper.load_factor, "down"
     if v.transient is not None:
-        known[v.transient.symbol] = certain(v.transient), "down"
+        known[v.transient.symbol] = limit_facts.certain(v.transient), "down"
     finite = {name: limit for name, limit in known.items() if np.isfinite(limit[0])}
     return dict(zip(finite, map(float, limits_as_text([*finite.values()])), strict=True))
 
@@ -394,8 +388,11 @@ def limits_on_page(v: Verification) -> dict[str, float]:
 def runs_section(v: Verification) -> Section:
     """Every simulation with its prediction."""
     unit, found = units_of(v.problem).length, [run.simulation for run in v.runs]
-    none = [resolution(v.problem, each.load_factor)[0] for each in found]
-    slips = [max(without_round_off(each.slip_per_cycle, own)) for each, own in zip(found, none, strict=True)]
+    none = [data_facts.resolution(v.problem, each.load_factor)[0] for each in found]
+    slips = [
+        max(data_facts.without_round_off(each.slip_per_cycle, own))
+        for each, own in zip(found, none, strict=True)
+    ]
     columns = {
         "λ": [number(each.load_factor, DIGITS) for each in found],
         "initial state": [run.initial + started(run) for run in v.runs],
@@ -422,7 +419,7 @@ def remarks(run: Simulation) -> list[str]:
     """Remarks on a long-term state: its period, its jumps, its open nodes."""
     found = [f"period {run.period}"] if run.period > 1 else []
     found += [f"{run.jumps_per_cycle:g} jumps per cycle"] if run.jumps_per_cycle > 0 else []
-    return found + ([f"{open_in_words(run.open_nodes)} open"] if run.open_nodes else [])
+    return found + ([f"{data_facts.open_in_words(run.open_nodes)} open"] if run.open_nodes else [])
 
 
 def provenance(v: Verification) -> list[Fact]:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.bounds.registry import BOUNDS, Claim
-from shakedown.ground.constants import EACH_SHOWN
-from shakedown.ground.shown_values import DIGITS, at_lambda, count, few, shortened, sized, with_unit
+from shakedown.ground.shown_values import DIGITS, at_lambda, count, shortened, sized, with_unit
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.constraints import SIDE_NAMES
@@ -148,14 +145,16 @@ def map_facts(found: InitialStateMap) -> list[Fact]:
     outcome, period = found.outcome[found.sampled], found.period[found.sampled]
     leave = np.count_nonzero((outcome == "separation") & (period == 0))
     facts += [Fact("of these leave for good", str(leave))] * bool(leave)
-    facts += undecided(found)
     if found.undecided < found.sampling.states:
         least, first, median, third, most = without_round_off(found.dissipation_quartiles, none)
         size = " … ".join(dict.fromkeys(map(number, (least, most))))
         spread = f"quartiles {number(first)}, {number(median)}, {number(third)}" if "…" in size else ""
         facts.append(Fact("dissipation per cycle", f"{size} {unit.work}".rstrip(), note=spread))
         facts.append(Fact("same outcome", KNOWN[found.same_outcome], note="for all states tried"))
-        facts.append(Fact("same final state", KNOWN[found.unique], note=found.evidence))
+        facts.append(Fact("same final state", KNOWN[found.unique], note="for all states tried"))
+        if found.unique is False and found.scatter.spread > 0.0:
+            note = f"largest {sized(found.scatter.largest, unit.length)}"
+            facts.append(Fact("slips at rest differ by", found.scatter.spread, unit.length, "up", note))
     criterion = found.slip_criterion
     if criterion is not None:
         who = "every state" if criterion["met"] else f"{per_cent(criterion['met_fraction'])} of the states"
@@ -164,17 +163,6 @@ def map_facts(found: InitialStateMap) -> list[Fact]:
         facts.append(Fact(label, f"from {who}", note=largest))
     if kind := found.region_type:
         facts.append(Fact("regions of slip space", f"type ({kind})", note=REGION_TYPES[kind]))
-    return facts
-
-
-def undecided(found: InitialStateMap) -> list[Fact]:
-    """Why states are undecided, and whether more cycles can help."""
-    facts = []
-    for one in found.undecided_reasons:
-        more = "; more --cycles may decide" * one.more_cycles
-        again = sum(each.count for each in found.undecided_reasons)
-        known = f"{one.count} of {again} looked at again{more}"
-        facts.append(Fact("undecided because", one.reason, note=known))
     return facts
 
 
@@ -223,11 +211,8 @@ def _over_load_factors(found: InitialStateMaps, path: list[str]) -> list[Section
         met = [one.slip_criterion["met_fraction"] for one in maps if one.slip_criterion is not None]
         shares[f"below {number(first.slip_below)}"] = [per_cent(part) for part in met]
     facts = [Fact("at every load factor", states(first))]
-    for one in maps:
-        facts += [
-            replace(fact, label=f"undecided at {at_lambda(one.load_factor)}") for fact in undecided(one)
-        ]
-    facts += [Fact(at_lambda(each.load_factor), "no energy ball", note=each.reason) for each in found.missing]
+    for each in found.missing:
+        facts.append(Fact(at_lambda(each["load_factor"]), "no energy ball", note=each["reason"]))
     table = Table.of(load_factors | shares, ())
     return [
         Section(tables=[Table.of(load_factors | named, list(named))]),
@@ -247,32 +232,25 @@ REGIONS = {  # of a load factor, and what a narrow column calls them
     "never": "impossible",
     "no joint": "no joint",
 }
-CLAIMED = (Claim.EVERY_STATE, Claim.THIS_STATE, Claim.IMPOSSIBLE)  # in columns that are called so
-LONGEST_HEADING = 14  # characters of the name of a parameter
 SHOWN = 5  # digits of limits and of the points of a curve
 
 
 def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> Sheet:
-    """Where the joint is safe under a load factor, where it does best, every limit at every point.
+    """The region of a load factor and every limit at every point; what contradicts, where there is no joint.
 
     Examples
     --------
     >>> import shakedown
     >>> joint = shakedown.example("two-node")
     >>> found = shakedown.sweep(joint, {"f": [0.2, 0.4, 0.6]})
-    >>> for fact in sweep_sheet(joint, found, 0.7).facts[:3]:
-    ...     print(fact.label, fact.value, sep=": ")
-    at λ = 0.7 proved from every state: f = 0.4
-    at λ = 0.7 proved from this state: f = 0.6
-    at λ = 0.7 impossible: f = 0.2
+    >>> for row in sweep_sheet(joint, found, 0.7).sections[0].tables[0].rows:
+    ...     print(*row[:2], sep=" | ")
+    0.2 | impossible
+    0.4 | every state
+    0.6 | this state
     """
     regions, here = found.regions(load_factor), f"at λ = {load_factor:g}"
     facts = [Fact("contradiction", text) for text in found.contradictions]
-    for name in [*REGIONS][:-1]:
-        if name in regions:
-            text = name if name.startswith("proved") else REGIONS[name]
-            facts.append(Fact(f"{here} {text}", _places(found, regions == name)))
-    facts += _largest(found) if len(found.points) > 1 else []
     missing = [point for point in found.points if not point["exists"]]
     for point in missing[:1]:
         where = f"at {len(missing)} of {len(found.points)} points"
@@ -280,7 +258,15 @@ def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> She
     said = [notes.at_values] * (len(found.points) > 1) + [notes.load_domain] * problem.is_domain
     said += [notes.of_zones] * bool(found.in_zone.any())
     limits = {here: [REGIONS[str(name)] for name in regions.ravel()]}
-    for heading, (_, sizes, way) in _limits(found).items():
+    for name in found.bounds:
+        claim = BOUNDS[name].claim
+        sizes = found.from_this_state if claim == Claim.THIS_STATE else found.of_joint(name)
+        heading = BOUNDS[name].symbol
+        way: Rounding = "up" if claim in (Claim.IMPOSSIBLE, Claim.CREEP) else "down"
+        if claim in (Claim.EVERY_STATE, Claim.THIS_STATE, Claim.IMPOSSIBLE):
+            # what is not proved of a zone with open nodes may be of the whole joint
+            sizes = np.where(found.in_zone & (sizes == 0.0), np.nan, sizes)
+            heading = claim.removeprefix("proved from ").removesuffix(" above")
         limits[heading] = [number(size, SHOWN, way) for size in sizes.ravel()]
     sections = [Section("", (), [_table(found, limits)], said)]
     simulated = {
@@ -296,51 +282,12 @@ def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> She
     return Sheet(headline(problem, limits=True), (), None, facts, sections)
 
 
-def _limits(found: Sweep) -> dict[str, tuple[Claim, FloatArray, Rounding]]:
-    """The limits that were asked for, by the headings of their columns; proofs from this state are one."""
-    limits: dict[str, tuple[Claim, FloatArray, Rounding]] = {}
-    for name in found.bounds:
-        claim = BOUNDS[name].claim
-        heading = claim.removeprefix("proved from ").removesuffix(" above")
-        values = found.from_this_state if claim == Claim.THIS_STATE else found.of_joint(name)
-        rounding: Rounding = "up" if claim in (Claim.IMPOSSIBLE, Claim.CREEP) else "down"
-        if claim in CLAIMED:  # what is not proved of a zone with open nodes may be of the whole joint
-            values = np.where(found.in_zone & (values == 0.0), np.nan, values)
-        limits[heading if claim in CLAIMED else BOUNDS[name].symbol] = claim, values, rounding
-    return limits
-
-
-def _largest(found: Sweep) -> Iterator[Fact]:
-    """Where each limit is largest."""
-    for claim, values, rounding in _limits(found).values():
-        if claim in CLAIMED and np.isfinite(values).any() and not np.isinf(values).any():
-            largest = float(np.nanmax(values))
-            tied = values >= largest * (1.0 - 10.0**-DIGITS)  # differences that are not shown
-            where = "at every point" if tied.all() else f"at {_places(found, tied)}"
-            yield Fact(f"largest “{claim}”", largest, rounding=rounding, note=where)
-
-
-def _places(found: Sweep, chosen: NDArray[np.bool_]) -> str:
-    """Some of the computed points: by value where they are few, else how many."""
-    places = np.argwhere(chosen)
-    if len(places) > (EACH_SHOWN if len(found.parameters) == 1 else 1):
-        return f"{len(places)} of {chosen.size} points"
-    return ", ".join(_valued(found, axis, at.tolist()) for axis, at in enumerate(places.T))
-
-
-def _valued(found: Sweep, axis: int, places: list[int]) -> str:
-    """A parameter with some of its values; with × where they are factors."""
-    values = ", ".join(few(found.values[axis][k], DIGITS) for k in places)
-    name = f"{found.meanings[axis]} ×" if found.is_factor(axis) else f"{found.parameters[axis]} ="
-    return f"{name} {values}"
-
-
 def _table(found: Sweep, columns: dict[str, list[str]]) -> Table:
     """The parameters of every point, and columns beside them."""
     names: dict[str, list[str]] = {}
     for axis, name in enumerate(found.parameters):
         named = name if found.meanings[axis] else with_unit(name, found.units[axis])
-        own = named if len(named) <= LONGEST_HEADING else shortened(name, LONGEST_HEADING)
+        own = named if len(named) <= 14 else shortened(name, 14)  # characters
         heading = f"{found.meanings[axis]} ×" if found.is_factor(axis) else own
         names[heading] = [number(point["values"][name], SHOWN) for point in found.points]
     return Table.of(names | columns, [name for name in columns if name.startswith("at ")], len(names))

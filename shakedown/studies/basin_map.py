@@ -33,11 +33,9 @@ from shakedown.programs.simplex import corners
 from shakedown.studies.limit_cycles import (
     LimitCycle,
     Scatter,
-    UndecidedReason,
     final_states,
     limit_cycles,
     slip_scatter,
-    undecided_reasons,
 )
 from shakedown.studies.samplers import BLOCK, FIRST_TWO, NAMED, Sampler, Sampling
 
@@ -157,15 +155,6 @@ class InitialStateMap(LongTermStates):
         }
 
     @cached_property
-    def undecided_reasons(self) -> tuple[UndecidedReason, ...]:
-        """Why states are undecided, the most frequent reason first.
-
-        A few of them, spread evenly over their numbers, are followed once more.
-        """
-        undecided = self.sampled.start + np.flatnonzero(self.outcome[self.sampled] == Outcome.UNDECIDED)
-        return undecided_reasons(self.sampling, self.initial_slip, undecided)
-
-    @cached_property
     def region_type(self) -> str:
         """The regions in the plane of the slips of two nodes, (i) to (iv) of thesis §4.4; else empty.
 
@@ -183,7 +172,7 @@ class InitialStateMap(LongTermStates):
         return ("ii" if beyond else "i") if safe else ("iii" if beyond else "iv")
 
     @cached_property
-    def _ends(self) -> tuple[bool | None, bool | None, str]:
+    def _ends(self) -> tuple[bool | None, bool | None]:
         return final_states(self.sampling, _counts(self.outcome), self.limit_cycles, self.scatter)
 
     @property
@@ -199,11 +188,6 @@ class InitialStateMap(LongTermStates):
         the tolerance ``same_cycle``.
         """
         return self._ends[1]
-
-    @property
-    def evidence(self) -> str:
-        """The evidence for that, in words."""
-        return self._ends[2]
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the states themselves, for JSON."""
@@ -227,8 +211,6 @@ class InitialStateMap(LongTermStates):
             "slip_spread": self.scatter.spread,
             "largest_slip": self.scatter.largest,
             "unique": self.unique,
-            "evidence": self.evidence,
-            "undecided_reasons": self.undecided_reasons,
         }
         if self.slip_criterion is not None:
             document["slip_criterion"] = self.slip_criterion
@@ -246,25 +228,6 @@ def _quartiles(values: FloatArray) -> FloatArray:
     return np.quantile(known, [0.0, 0.25, 0.5, 0.75, 1.0]) if len(known) else np.full(5, np.nan)
 
 
-@dataclass(frozen=True)
-class MissingMap:
-    """A load factor at which there is no map, since there is no energy ball to draw states from.
-
-    Attributes
-    ----------
-    place
-        Number of the load factor among those asked for.
-    load_factor
-        λ.
-    reason
-        What there is instead of the ball, in words.
-    """
-
-    place: int
-    load_factor: float
-    reason: str
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class InitialStateMaps(Result):
     """Maps of initial states over a range of load factors.
@@ -274,13 +237,14 @@ class InitialStateMaps(Result):
     maps
         One for each load factor that has one, in the order asked for.
     missing
-        The other load factors.
+        The other load factors, at which there is no energy ball to draw states from: number among those asked
+        for, λ, and what there is instead of the ball.
     """
 
     TABLE: ClassVar[str] = "load_factors shakedown_fraction interval"
 
     maps: tuple[InitialStateMap, ...]
-    missing: tuple[MissingMap, ...] = ()
+    missing: tuple[dict[str, Any], ...] = ()
 
     @property
     def load_factors(self) -> FloatArray:
@@ -299,7 +263,7 @@ class InitialStateMaps(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the states themselves, for JSON."""
-        return {"maps": [one.to_dict() for one in self.maps], "missing": [plain(one) for one in self.missing]}
+        return {"maps": [one.to_dict() for one in self.maps], "missing": plain(self.missing)}
 
 
 RANGES: dict[str, float] = {  # slip ranges of states that need not be followed once more for them
@@ -432,8 +396,12 @@ def initial_state_map(
         cycles = limit_cycles(one, own)
         own |= {"load_factor": one.load_factor, "sampling": one, "slip_below": slip_below}
         maps.append(InitialStateMap(**own, limit_cycles=cycles))
-    missing = (MissingMap(k, one.load_factor, one.missing_ball) for k, one in enumerate(wanted))
-    return InitialStateMaps(tuple(maps), tuple(one for one in missing if one.reason)) if several else maps[0]
+    missing = tuple(
+        {"place": k, "load_factor": one.load_factor, "reason": one.missing_ball}
+        for k, one in enumerate(wanted)
+        if one.missing_ball
+    )
+    return InitialStateMaps(tuple(maps), missing) if several else maps[0]
 
 
 @dataclass(frozen=True)

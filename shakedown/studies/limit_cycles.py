@@ -1,8 +1,6 @@
 """What many states end in: distinct limit cycles, how far slips scatter, whether it is one and the same."""
 
-import re
-from collections import Counter, defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -10,10 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.constants import FloatArray
-from shakedown.ground.shown_values import SHORT_DIGITS, sized
 from shakedown.ground.status import Outcome
 from shakedown.joint.result import Result
-from shakedown.joint.units import units_of
 from shakedown.motion.checked_law import length_scales, path_accuracy, path_resolution, scales
 from shakedown.motion.method import cycles_of
 from shakedown.studies.samplers import Sampling
@@ -234,11 +230,11 @@ def same_slip(sampling: Sampling) -> float:
 
 def final_states(
     sampling: Sampling, outcomes: Mapping[str, int], cycles: Sequence[LimitCycle], at_rest: Scatter
-) -> tuple[bool | None, bool | None, str]:
-    """Whether all states have the same outcome, and end in one state; what that rests on, in words.
+) -> tuple[bool | None, bool | None]:
+    """Whether all states have the same outcome, and whether they end in one state; None where not known.
 
-    None where that is not known: some are undecided, or the body leaves, and the others do not differ. One
-    state is one with the slips that stay locked in.
+    It is not where some are undecided, or the body leaves, and the others do not differ. One state is one
+    with the slips that stay locked in.
 
     Parameters
     ----------
@@ -252,88 +248,12 @@ def final_states(
         Scatter of the slips locked in where it shakes down.
     """
     decided = [word for word in outcomes if word != Outcome.UNDECIDED]
-    undecided, states = outcomes.get(Outcome.UNDECIDED, 0), sum(outcomes.values())
-    same_outcome = False if len(decided) > 1 else (None if undecided or not decided else True)
-    if words := [*_differences(sampling, decided, cycles, at_rest)]:
-        return same_outcome, False, "; ".join(words)
-    if not decided:
-        return None, None, "no state is decided"
-    if undecided:
-        return None, None, f"{undecided} of {states} states undecided, the others agree"
-    if decided == [Outcome.SHAKEDOWN]:
-        return True, True, f"all {states} states shake down with the same slips locked in"
-    if left := states - sum(cycle.count + len(cycle.named) for cycle in cycles):
-        return True, None, f"the body leaves the contact from {left} of {states} states"
-    motion = "separation" if decided == [Outcome.SEPARATION] else "limit cycle"
-    slips = "final slips" + ", but for the drift," * (decided == [Outcome.RATCHETTING])
-    agree = f"one and the same {motion}: {slips} and dissipation agree"
-    return True, True, f"all {states} states end in {agree}"
-
-
-def _differences(
-    sampling: Sampling, decided: Sequence[str], cycles: Sequence[LimitCycle], at_rest: Scatter
-) -> Iterator[str]:
-    """The differences between final states in words."""
-    if Outcome.SHAKEDOWN in decided and len(decided) > 1:
-        yield "some states shake down and others do not"
-    moving = [word.replace("-", " ") for word in decided if word != Outcome.SHAKEDOWN]
-    if len(moving) > 1:
-        yield f"some end in {' and others in '.join(moving)}"
-    for outcome, count in Counter(cycle.outcome for cycle in cycles).items():
-        if count > 1:
-            yield f"{count} different limit cycles ({outcome.replace('-', ' ')})"
-    length = units_of(sampling.problem).length
-    for cycle in [cycle for cycle in cycles if not cycle.coincide][:1]:
-        spread = sized(cycle.spread, length, SHORT_DIGITS)
-        yield f"one of a continuum: final slips differ by up to {spread}"
-    if at_rest.spread > same_slip(sampling):
-        spread, largest = (sized(slip, length, SHORT_DIGITS) for slip in at_rest)
-        yield f"slips locked in at rest differ by up to {spread} (largest {largest})"
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class UndecidedReason(Result):
-    """A reason why states are undecided.
-
-    Attributes
-    ----------
-    reason
-        In words, without the time at which it occurs.
-    count
-        How many of the states looked at again it holds for.
-    example
-        Number of one of them.
-    more_cycles
-        Whether the cycles allowed ran out, so that more of them may decide it.
-    """
-
-    reason: str
-    count: int
-    example: int
-    more_cycles: bool
-
-
-def undecided_reasons(
-    sampling: Sampling, slips: FloatArray, rows: NDArray[np.intp]
-) -> tuple[UndecidedReason, ...]:
-    """Reasons why these states are undecided, the most frequent first.
-
-    Parameters
-    ----------
-    sampling
-        The joint, λ, and how long states are searched for.
-    slips : (s, dn)
-        Initial slips of all states [length].
-    rows
-        Numbers of those that are undecided; a few spread evenly over them are looked at.
-    """
-    # eight are followed again
-    chosen = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), 8)).round().astype(int))
-    found = defaultdict[tuple[str, bool], list[int]](list)
-    for example in rows[chosen].tolist():
-        state = sampling.state(slips[example])
-        ran_out = state.stop is None and state.cycles_simulated >= sampling.max_cycles
-        reason = re.sub(r" (at time \S+ cycles|on the way to the first period)", "", state.reason)
-        found[reason, ran_out].append(example)
-    reasons = (UndecidedReason(why, len(of), of[0], ran_out) for (why, ran_out), of in found.items())
-    return tuple(sorted(reasons, key=lambda one: (-one.count, one.example)))
+    if len(decided) > 1:
+        return False, False
+    same_outcome = True if decided and Outcome.UNDECIDED not in outcomes else None
+    apart = at_rest.spread > same_slip(sampling) or not all(cycle.coincide for cycle in cycles)
+    if apart or len(cycles) > 1:
+        return same_outcome, False
+    ends = sum(cycle.count + len(cycle.named) for cycle in cycles)
+    leaves = decided != [Outcome.SHAKEDOWN] and ends < sum(outcomes.values())
+    return same_outcome, None if leaves else same_outcome

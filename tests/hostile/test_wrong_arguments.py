@@ -11,7 +11,7 @@ import pytest
 from public_names import public
 
 import shakedown
-from shakedown import ShakedownError, Tolerances, UsageError, plot
+from shakedown import ShakedownError, Tolerances, UsageError
 from shakedown.bounds.independent_solver import conic_upper_bound
 
 JOINT = shakedown.example("two-node")
@@ -183,27 +183,6 @@ def test_what_was_no_line(call, said):
         warnings.simplefilter("error")
         with pytest.raises(UsageError, match=said):
             call()
-
-
-PICTURES = {name: f for name in plot.__all__ if inspect.isfunction(f := getattr(plot, name))}
-FITTING = ("problem", ["problem"]), ("simulation", ["runs"])
-
-
-@pytest.mark.parametrize("name", PICTURES)
-@pytest.mark.parametrize("kind", ["simulation", "problem", "text"])
-def test_a_picture_of_the_wrong_thing_is_refused(name, kind):
-    wrong = {
-        "simulation": lambda: shakedown.simulate(JOINT, 0.5),
-        "problem": lambda: JOINT,
-        "text": lambda: "x",
-    }[kind]()
-    required = [
-        p.name
-        for p in inspect.signature(PICTURES[name]).parameters.values()
-        if p.default is inspect.Parameter.empty
-    ]
-    line = line_of(PICTURES[name], dict.fromkeys(required, wrong))
-    assert line is not None or (kind, required) in FITTING
 
 
 SPACE = shakedown.example("two-node-3d")

@@ -292,8 +292,6 @@ ANSWERS = {
     "loads_in_time",
     "reactions_in_time",
     "friction_use_at",
-    "load_orbits",
-    "loads_over_patch",
     "pressure_over_patch",
     "reaction_orbits",
     "slip_orbits",

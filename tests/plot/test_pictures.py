@@ -76,7 +76,6 @@ def test_tractions_are_drawn_where_the_areas_of_nodes_are_known():
     assert areal.get_ylabel() == "pressure [MPa]"
     assert np.allclose(2 * areal.lines[0].get_ydata(), bare.lines[0].get_ydata())
     assert plot.dissipation_along(state, known).get_ylabel() == "friction work per area [N/mm]"
-    assert plot.loads_along(known).get_ylabel() == "welded traction [MPa]"
     assert "(FE 400" in plot.hysteresis(state, known).get_legend().get_texts()[0].get_text()
 
 

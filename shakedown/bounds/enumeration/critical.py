@@ -15,7 +15,7 @@ from shakedown.ground.constants import BATCH, NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.shown_values import plain
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import NO_SUBSETS, checked, require_plane
+from shakedown.joint.arguments import checked, require_plane
 from shakedown.joint.constraints import Constraints, constraints, rows_named
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -281,7 +281,7 @@ def critical_load_factors(
     >>> critical.total, critical.degenerate, critical.load_factors.round(6)
     (4, 0, array([0.657373, 0.739146, 1.05252 , 2.93485 ]))
     """
-    require_plane("critical load factors", problem, NO_SUBSETS)
+    require_plane("critical load factors", problem, "there are no (n+1)-subsets of cones")
     if threads is not None:
         check_count("threads", threads)
     rows = constraints(problem)

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.constants import (
-    AT_ONCE,
     EPS,
     HALVINGS,
     ITERATIONS,
@@ -170,7 +169,8 @@ def first_to_lose(stiffness: ScaledStiffness, sets: list[Nodes]) -> LostAt:
         group = np.array(list(alike), dtype=np.intp)
         # all but for a common sign: where det(A′ − t S φ B′) has the root t, it has the root −t for −S
         sides = np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=size - 1)])
-        for some in np.array_split(group, len(group) * len(sides) // AT_ONCE + 1):
+        chunks = len(group) * len(sides) // (1 << 16) + 1  # small matrices at one time
+        for some in np.array_split(group, chunks):
             first = min(first, *_lost_by(stiffness, some, sides), key=lambda lost: lost.factor)
     return first
 

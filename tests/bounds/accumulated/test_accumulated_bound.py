@@ -13,6 +13,7 @@ from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from benchmarks.problems import random_problem
 from shakedown import Problem
 from shakedown.bounds.accumulated.accumulated_bound import confirmed, total_slip_bound
+from shakedown.joint.constraints import loading
 
 
 def example(name: str, **changes: object) -> Problem:

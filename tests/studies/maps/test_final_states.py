@@ -26,7 +26,6 @@ def test_locked_in_slips_that_differ_are_no_unique_state():
     assert found.scatter.spread == pytest.approx(np.ptp(found.final_slip, axis=0).max())
     assert found.scatter.spread > 0.1
     assert found.scatter.largest == np.abs(found.final_slip).max()
-    assert f"differ by up to {found.scatter.spread:.3g}" in found.evidence
     document = found.to_dict()
     assert document["same_outcome"] is True
     assert document["slip_spread"] == found.scatter.spread
@@ -39,7 +38,6 @@ def test_where_every_start_is_forgotten_the_state_is_unique():
     assert np.ptp(limit) <= 1e-12
     found = shakedown.initial_state_map(problem, 1.0, states=64, reach=3.0)
     assert (found.same_outcome, found.unique) == (True, True)
-    assert "the same slips" in found.evidence
 
 
 def of_three(q_1):
@@ -55,7 +53,6 @@ def test_a_node_that_sticks_makes_no_continuum_by_itself():
     assert cycle.spread <= 1e-12
     assert cycle.coincide
     assert (driven.same_outcome, driven.unique) == (True, True)
-    assert "one and the same limit cycle" in driven.evidence
 
 
 def test_the_same_dissipation_does_not_make_one_limit_cycle():
@@ -67,7 +64,6 @@ def test_the_same_dissipation_does_not_make_one_limit_cycle():
     assert cycle.spread == pytest.approx(np.ptp(found.final_slip[:, 1]))
     assert not cycle.coincide
     assert (found.same_outcome, found.unique) == (True, False)
-    assert "one of a continuum" in found.evidence
 
 
 def test_states_at_different_cycles_of_one_period_are_compared_in_phase():
