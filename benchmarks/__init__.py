@@ -29,6 +29,7 @@ STUDIES: tuple[str, ...] = (
     "lap_joint",
     "large_joints",
     "long_term",
+    "mutation",
     "reaction_planes",
     "receding",
     "receding_zones",
