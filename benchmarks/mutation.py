@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import pytest
 
 from benchmarks.runner import run_study
 from shakedown.report.facts import table
@@ -107,7 +106,7 @@ def cases(short: bool) -> list[dict]:
         first = next(places(ROOT / "shakedown" / "joint" / "law.py"))
         return [
             first._asdict()
-            | {"tests": ["tests/joint/test_two_directions.py::test_the_extreme_load_steps_suffice"]}
+            | {"tests": [["tests/joint/test_two_directions.py::test_the_extreme_load_steps_suffice"]]}
         ]
     files = [path for folder in FOLDERS for path in sorted((ROOT / "shakedown" / folder).rglob("*.py"))]
     found = [place for path in files for place in places(path)]
@@ -147,24 +146,24 @@ def measure(case: dict) -> dict:
     return {"noticed": ""}
 
 
-def _tests(path: str) -> list[str]:
-    """A module, with the examples of its docstrings, the folder of tests nearest to it, and the one above."""
+def _tests(path: str) -> list[list[str]]:
+    """A module, for the examples of its docstrings, and the folder of tests nearest to it; the one above."""
     top = ROOT / "tests"
     folder = top / Path(path).parent.relative_to("shakedown")
     while not folder.is_dir():
         folder = folder.parent
-    above = [folder.parent] if folder.parent != top else []
-    return [path, *(str(each.relative_to(ROOT)) for each in [folder, *above])]
+    above = [[str(folder.parent.relative_to(ROOT))]] if folder.parent != top else []
+    return [[path, str(folder.relative_to(ROOT))], *above]
 
 
-def _failed(copy: Path, tests: str) -> str:
+def _failed(copy: Path, tests: list[str]) -> str:
     """The first of some tests that fails; empty where none does."""
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider", tests]
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider", *tests]
     try:
         done = subprocess.run(command, cwd=copy, capture_output=True, text=True, timeout=SECONDS, check=False)
     except subprocess.TimeoutExpired:
         return "no end"
-    if done.returncode in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED):
+    if done.returncode == 0:
         return ""
     named = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
     return named[0].split(" - ")[0] if named else "no test can be read"
