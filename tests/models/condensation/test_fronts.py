@@ -54,12 +54,6 @@ def test_what_is_left_is_the_schur_complement(counts):
     np.testing.assert_array_equal(nodes, np.arange(len(ii)))
 
 
-def _below(pieces, number):
-    return np.concatenate(
-        [pieces[number].nodes, *(_below(pieces, child) for child in pieces[number].children)]
-    )
-
-
 def test_an_indefinite_matrix_is_not_factorised():
     K, places = grid((5, 5, 4))
     with pytest.raises(LinAlgError, match="not positive definite at unknown"):
