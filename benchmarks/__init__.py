@@ -28,6 +28,7 @@ STUDIES: tuple[str, ...] = (
     "lap_joint",
     "large_joints",
     "long_term",
+    "mutation",
     "receding",
     "refinement",
     "space_classical",

@@ -38,21 +38,6 @@ def test_the_numbers_are_those_of_the_bounds(problem):
     assert found.details.lower == lower
 
 
-def test_the_load_as_given_is_followed_only_when_asked_for(monkeypatch):
-    from shakedown.long_term import find_state
-
-    def never(*_, **__):
-        raise AssertionError("simulated")
-
-    monkeypatch.setattr(find_state, "long_term_state", never)
-    proved, cycling = shakedown.assess(BLOCK), shakedown.assess(TWO)
-    assert proved.as_given == shakedown.Outcome.SHAKEDOWN
-    assert (proved.said_as_given, cycling.said_as_given) == (Said.SHAKEDOWN, Said.IMPOSSIBLE)
-    assert cycling.to_dict()["said_as_given"] == "impossible-in-contact"
-    with pytest.raises(AssertionError, match="simulated"):
-        _ = cycling.as_given
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_what_is_proved_and_what_is_impossible_is_so(seed):
     rng = np.random.default_rng(seed)

@@ -4,19 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from command import run
 from joints import joint_of_kind
 
 import shakedown
 from shakedown.joint.constraints import loading
-
-
-def test_the_check_of_the_pipeline_exits_as_it_says(tmp_path):
-    asked = ("solve", "block-9", "--quiet", "--require")
-    assert run(*asked, "proved-from-state=1.0", cwd=tmp_path) == (0, "", "")
-    code, out, err = run(*asked, "proved-from-state=1e6", cwd=tmp_path)
-    assert (code, out) == (1, "")
-    assert len(err.splitlines()) == 1
 
 
 def loaded(problem, factors):

@@ -81,17 +81,6 @@ def test_three_numbers_of_the_reference_joints(name):
     assert "ShakedownBounds(" in repr(bounds)
 
 
-def test_what_the_bounds_decide_of_the_load_as_given():
-    assert str(assessed("block-3x3").said_as_given) == "shakedown"
-    assert str(assessed("two-node-3d").said_as_given) == "impossible-in-contact"
-    frame = assessed("two-node-3d").to_frame()
-    assert list(frame.columns)[:3] == [
-        "proved_from_every_state",
-        "proved_from_this_state",
-        "impossible_above",
-    ]
-
-
 def test_a_load_factor_within_the_enclosure_of_the_largest_is_not_said_to_be_impossible():
     """Node 1 has no friction, and its pressure 1 + λ cos t ends at λ = 1: λ_max is 1 but for round-off."""
     turn = 2 * np.pi * np.arange(8) / 8

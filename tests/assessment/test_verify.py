@@ -9,6 +9,7 @@ from joints import creeping, safe_later
 import shakedown
 from shakedown import Problem
 from shakedown.assessment import assess as module
+from shakedown.assessment import verify as verify_module
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.plan import (
     ABOVE,
@@ -136,3 +137,15 @@ def test_between_limits_that_agree_nothing_is_simulated(flange: JointLimits) -> 
     assert [factor / first for factor in default_load_factors(flange)] == pytest.approx(
         [0.95, 1.05], rel=1e-4
     )
+
+
+@pytest.mark.usefixtures("no_transient_limit")
+def test_two_threads_find_what_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    def found() -> list:
+        report = shakedown.verify(shakedown.example("one-node-3d"), load_factors=[0.3], random_states=2)
+        return [run.to_dict() | {"seconds": 0} for run in report.runs]
+
+    alone = found()
+    monkeypatch.setattr(verify_module, "takes_long", lambda problem: True)
+    monkeypatch.setattr(verify_module, "all_cores", lambda: 2)
+    assert found() == alone

@@ -5,9 +5,6 @@ import pytest
 
 import shakedown
 from benchmarks.drawn_joints import in_units, joined, pair
-from shakedown.assessment.sensitivities import sensitivities
-from shakedown.bounds.energy.energy_ball import energy_ball
-from shakedown.ground.status import Status
 
 LIMITS = {
     "λ_U": shakedown.universal_bound,
@@ -78,21 +75,3 @@ def test_what_is_said_of_a_node_names_it_in_the_whole_joint():
     assert whole.certified is not None
     assert whole.certified == pytest.approx(whole.load_factor)
     assert len(of_parts.parts) == 0
-
-
-@pytest.mark.parametrize(("kind", "number"), [("plane", 15), ("space", 14)])
-def test_each_part_has_a_ball_at_the_limit_of_the_joint(kind, number):
-    parts = pair(kind, number, 3)
-    whole = shakedown.energy_bound(joined(parts), certify=False)
-    assert whole.status == Status.OPTIMAL
-    for part in parts:
-        ball = energy_ball(part, 0.999 * whole.load_factor, around=np.zeros(part.layout.slip_size))
-        assert ball.contains(np.zeros(part.layout.slip_size))
-
-
-def test_where_twin_parts_both_limit_the_joint_there_is_no_derivative():
-    twin = plain(shakedown.example("two-node"))
-    whole = joined([twin, in_units(twin, 1e-3, 1e-3)])
-    found = sensitivities(whole, shakedown.energy_bound(whole, certify=False))
-    assert "not unique" in found.reason
-    assert np.isnan(found.friction.derivative).all()

@@ -187,19 +187,6 @@ def test_a_joint_that_nothing_presses_has_no_load_factor(directions, seed):
     assert (upper.load_factor, upper.certified, upper.disputed) == (0.0, (0.0, 0.0), False)
 
 
-def test_sums_are_rounded_once():
-    from shakedown.programs.program import exact_products
-
-    rng = np.random.default_rng(0)
-    M, x = rng.normal(size=(20, 30)) * 10.0 ** rng.integers(-8, 8, (20, 30)), rng.normal(size=30)
-    M[:, -1] = -(M[:, :-1] @ x[:-1]) / x[-1]  # all but round-off cancels
-    exact = [
-        float(sum(Fraction(a) * Fraction(b) for a, b in zip(row, x.tolist(), strict=True)))
-        for row in M.tolist()
-    ]
-    np.testing.assert_array_equal(exact_products(M, x), exact)
-
-
 def test_wedging_is_proved():
     problem = Problem(A=np.eye(2), B=[[3.0, 0.0]], f=0.8, q_w=[[1.0, 0.2], [-1.0, 0.1]], p_w=[[3.0], [2.5]])
     upper = shakedown.upper_bound(problem)
@@ -265,23 +252,9 @@ def test_the_safest_slip_has_a_ball_of_safe_slips(seed):
     assert shakedown.safe_slip(problem, 1.001 * upper.load_factor).status == Status.INFEASIBLE
 
 
-def springs(seed: int, ratio: float) -> Problem:
-    """Seven nodes between springs of very different stiffness, and couplings that are as different."""
-    rng = np.random.default_rng(seed)
-    n, k = 7, 14
-    A = np.diag(1.0 + ratio ** rng.random(k) * (rng.random(k) < 0.5))
-    for spring in ratio ** rng.random(3 * n):
-        ends = np.zeros(k)
-        ends[rng.choice(k, 2, replace=False)] = 1.0, -1.0
-        A += spring * np.outer(ends, ends)
-    B = rng.normal(size=(n, k)) * 1e-3 * (1e3 * ratio) ** rng.random((n, 1))
-    return Problem(A=A, B=B, f=0.4, q_w=rng.normal(size=(6, k)), p_w=rng.uniform(2.0, 4.0, size=(6, n)))
-
-
-@pytest.mark.parametrize("seed", [0])
-def test_a_node_that_is_pressed_ever_more_limits_nothing_at_last(seed):
+def test_a_node_that_is_pressed_ever_more_limits_nothing_at_last():
     """A chain held by a soft spring at one end; the programs had no end from 1e9 on."""
-    rng, n = np.random.default_rng(seed), 5
+    rng, n = np.random.default_rng(0), 5
     stretch = np.kron(np.vstack([np.eye(1, n), np.diff(np.eye(n), axis=0)]), np.eye(2))
     A = stretch.T @ (np.repeat([1e-8, 1.0, 1.0, 1.0, 1.0], 2)[:, None] * stretch)
     B, q, p = 0.1 * rng.normal(size=(n, 2 * n)) @ A, rng.normal(size=(12, 2 * n)), rng.normal(size=(12, n))

@@ -1,7 +1,6 @@
 """Pieces that a disk, another program or an attacker altered: they are done again, and nothing else happens."""
 
 import io
-import json
 import os
 import zipfile
 
@@ -10,7 +9,7 @@ import pytest
 from campaign_works import Squares, squares
 from hostile.damaged_npz import BYTES, HEADERS, npy, with_header
 
-from shakedown.campaign.pieces import as_text, read_arrays, run_pieces, text_of
+from shakedown.campaign.pieces import read_arrays, run_pieces
 from shakedown.ground.errors import ProblemError
 
 WORK = Squares()
@@ -43,25 +42,17 @@ def archive(*members):
     return buffer.getvalue()
 
 
-def test_any_flipped_byte_or_cut_costs_the_piece_at_most(tmp_path):
+def test_a_flipped_byte_a_cut_or_bytes_put_in_cost_the_piece_at_most(tmp_path):
     path, whole = kept(tmp_path)
     for place in range(0, len(whole), 11):
         for damaged in (
             whole[:place] + bytes([whole[place] ^ 1 << place % 8]) + whole[place + 1 :],
             whole[:place],
+            whole[:place] + BYTES[place % len(BYTES)] + whole[place:],
         ):
             path.parent.mkdir(exist_ok=True)
             path.write_bytes(damaged)
             resumed(tmp_path)
-
-
-def test_bytes_put_in_anywhere(tmp_path):
-    path, whole = kept(tmp_path)
-    generator = np.random.default_rng(0)
-    for place in generator.integers(0, len(whole), 60):
-        path.parent.mkdir(exist_ok=True)
-        path.write_bytes(whole[:place] + BYTES[place % len(BYTES)] + whole[place:])
-        resumed(tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -92,8 +83,3 @@ def test_pickles_are_not_read(tmp_path):
     np.savez(path, square=np.array([print], dtype=object))
     with pytest.raises(ProblemError, match="allow_pickle=False"):
         read_arrays(path)
-
-
-def test_texts_come_back_to_the_last_bit():
-    said = {"a": [0.1 + 0.2, float("inf"), float("nan"), -0.0, 5e-324], "b": np.int64(3), "λ": None}
-    assert repr(text_of(as_text(said))) == repr(json.loads(json.dumps(said | {"b": 3})))

@@ -87,15 +87,9 @@ def test_undecided_states_are_said_and_counted():
     assert "more --cycles may decide" in text
 
 
-@pytest.fixture(scope="module")
-def sliding(tmp_path_factory):
-    path = tmp_path_factory.mktemp("joint") / "sliding.npz"
-    shakedown.save_problem(path, joints.sliding())
-    return str(path)
-
-
-def test_what_slides_away_is_said_without_advice_that_cannot_help(sliding):
-    code, out, err = run("map", sliding, "--load-factor", "1", "--states", "16")
+def test_what_slides_away_is_said_without_advice_that_cannot_help(tmp_path):
+    shakedown.save_problem(tmp_path / "sliding.npz", joints.sliding())
+    code, out, err = run("map", str(tmp_path / "sliding.npz"), "--load-factor", "1", "--states", "16")
     text = " ".join(out.split())
     assert (code, err) == (1, "")
     assert "none is decided" in text
@@ -138,6 +132,10 @@ def test_separation_is_no_limit_cycle_with_slip(breathing):
         (["--picture", "basin.gif"], "expected a name that ends in .png, .svg or .pdf"),
         (["--sampler", "ball", "--load-factor", "0.8"], "expected a finite energy ball"),
         (["-o", "/missing/map.npz"], "cannot be written"),
+        (["--load-factor", "0.1:1e400:5"], "--load-factor: expected LOW:HIGH:COUNT"),
+        (["--load-factor", "0.1:1:100000000000"], "--load-factor: expected LOW:HIGH:COUNT"),
+        (["--states", "10000000000"], "states: expected a whole number from 1 to 10,000,000, found"),
+        (["--reach", "1e308"], "reach: expected slips in the range of numbers"),
     ],
 )
 def test_misuse_ends_in_one_line(words, said, tmp_path):
@@ -188,19 +186,3 @@ def test_an_interrupt_is_one_line_and_keeps_what_is_done(tmp_path):
     assert list(tmp_path.glob("map.npz.parts/*.npz"))
     kept = "unfinished run is kept there; resume it, or remove that folder"
     refused(*MAP, "--states", str(STATES), "-o", "map.npz", cwd=tmp_path, message=kept)
-
-
-@pytest.mark.parametrize(
-    ("words", "line"),
-    [
-        (["--load-factor", "0.1:1e400:5"], "--load-factor: expected LOW:HIGH:COUNT"),
-        (["--load-factor", "0.1:1:100000000000"], "--load-factor: expected LOW:HIGH:COUNT"),
-        (
-            ["--load-factor", "0.7", "--states", "10000000000"],
-            "states: expected a whole number from 1 to 10,000,000, found",
-        ),
-        (["--load-factor", "0.7", "--reach", "1e308"], "reach: expected slips in the range of numbers"),
-    ],
-)
-def test_numbers_beyond_all_measure_are_one_line(words, line):
-    refused("map", "two-node", *words, "-q", message=line)

@@ -32,18 +32,6 @@ def test_details_have_every_limit_once():
     assert run("solve", "block-9", "--details", "--digits", "7")[1].count("4.663390") == 2
 
 
-def test_solve_json_has_energy_and_universal():
-    result = document("solve", "two-node")
-    energy, universal = result["energy"], result["universal"]
-    assert energy["load_factor"] == pytest.approx(0.6619611189, abs=1e-9)
-    assert (energy["status"], energy["distance"]) == ("optimal", 0.0)
-    assert len(energy["slip"]) == 2
-    assert energy["radius"] > 0
-    words = {"status": "optimal", "node": 1, "argument": "first collapse"}
-    assert universal == {"load_factor": pytest.approx(0.65737347)} | words
-    assert "followed" not in result
-
-
 def test_what_is_proved_by_following_stands_below_the_three_numbers():
     out = run("solve", "two-attractors", "--follow")[1]
     told = document("solve", "two-attractors", "--follow")
@@ -118,17 +106,6 @@ def test_the_report_begins_with_the_answer_for_the_loading_as_given(tmp_path, na
     banner = page[page.index('<div class="verdict') : page.index("<h2")]
     assert f'class="verdict {colour}"' in banner
     assert answer in banner.replace("\N{NO-BREAK SPACE}", " ")
-
-
-def test_verify_predicts_from_the_energy_ball():
-    runs = document("verify", "block-9", "--random", "0")["runs"]
-    on_surface = [one for one in runs if one["initial"].startswith("ball")]
-    assert on_surface
-    assert all(one["predicted"] == one["outcome"] == "shakedown" and one["agrees"] for one in on_surface)
-    as_given = [one for one in runs if one["load_factor"] == 1]
-    assert [one["initial"] for one in as_given] == ["zero"]
-    assert as_given[0]["predicted"] == "shakedown"
-    assert as_given[0]["proved"] is True
 
 
 def test_simulate_takes_the_nominal_load():

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from skfem import MeshQuad
 
 import shakedown
-from benchmarks.bodies.blocks import cantilevered_block, receding_block, shipped_blocks
+from benchmarks.bodies.blocks import cantilevered_block, shipped_blocks
 from shakedown import ProblemError
 from shakedown.fem import (
     BodyForce,
@@ -288,20 +288,6 @@ def test_unusable_meshes_are_named(tmp_path, name, text, message):
         path.write_text(text)
     with pytest.raises(ProblemError, match=message):
         read_mesh(path)
-
-
-def test_half_a_receding_block_is_half_of_the_whole():
-    whole, half = receding_block(1), receding_block(1, symmetric=True)
-    assert (whole.n, half.n) == (17, 9)
-    v = np.linspace(0.1, 1.0, 9) ** 2 - 0.01  # zero on the plane of symmetry
-    w = np.cos(half.x)
-    mirrored = np.concatenate([-v[:0:-1], v]), np.concatenate([w[:0:-1], w])
-    q = whole.A @ mirrored[0] + whole.B.T @ mirrored[1]
-    p = whole.B @ mirrored[0] + whole.C @ mirrored[1]
-    weight = np.where(np.arange(9) == 0, 0.5, 1.0)  # half of the middle node's reaction
-    np.testing.assert_allclose((half.A @ v + half.B.T @ w)[1:], q[9:], atol=1e-12)
-    np.testing.assert_allclose(half.B @ v + half.C @ w, weight * p[8:], atol=1e-12)
-    np.testing.assert_allclose(half.p_w, weight * whole.p_w[:, 8:], atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ from skfem import MeshQuad
 
 from shakedown import ProblemError, UsageError
 from shakedown.fem import (
-    Displacement,
     ElasticBody,
     Force,
     Material,
@@ -80,14 +79,6 @@ def test_matching_meshes_are_pairs(upper, lower):
     np.testing.assert_allclose(one.kappa, other.kappa, rtol=0, atol=1e-13 * np.abs(other.kappa).max())
     np.testing.assert_allclose(one.p_w, other.p_w, rtol=0, atol=1e-12)
     np.testing.assert_allclose(one.node_area, other.node_area, rtol=1e-12)
-
-
-def sheared(count, upper):
-    loads = [
-        Displacement("top", x=0.0, y=-1e-3, history=1.0),
-        Displacement("top", x=2e-4, y=0.0, history=[0.0, 1.0, 0.0, -1.0]),
-    ]
-    return plane(count, upper=upper, poisson=0.3, loads=loads)
 
 
 def ring(inner, outer, count, layers, *, upper):

@@ -9,10 +9,9 @@ import solids
 import writers
 from calculix import ccx, needs_ccx
 
-from benchmarks.bodies.blade_root import blade_root
 from benchmarks.bodies.bolted_flange import bolted_flange
 from benchmarks.bodies.lap_joint import lap_joint
-from shakedown import ProblemError, UsageError, example, import_model
+from shakedown import ProblemError, example, import_model
 from shakedown.fem import (
     BodyForce,
     Bolt,
@@ -225,14 +224,6 @@ def test_the_lap_joint_carries_its_load_and_is_pressed_alike_on_both_sides():
         for x, y, z in joint.coordinates
     ]
     np.testing.assert_allclose(pressed[across], pressed, rtol=1e-7)
-    with pytest.raises(UsageError, match="lap_joint: expected >= 6 elements along the lap"):
-        lap_joint((4, 2, 1))
-    with pytest.raises(UsageError, match=r"washers with edges on lines of the mesh, found .* cover 254 mm²"):
-        lap_joint((12, 4, 1), washer=(10.0, 4.0))
-    with pytest.raises(UsageError, match="bolted_flange: expected a multiple of 8 elements around the hole"):
-        bolted_flange((12, 2, 2))
-    with pytest.raises(UsageError, match="blade_root: expected >= 1 elements along a flank"):
-        blade_root((0, 3))
 
 
 def on_first_body(joint, q, p):

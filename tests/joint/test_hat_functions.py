@@ -22,13 +22,6 @@ def on_places(x, normal=None, seed=0):
     return replace(joint, f=np.full(len(x), 0.4), coordinates=x, normal=normal)
 
 
-def cylinder(n=9):
-    """Places on a quarter of a cylinder of radius 4, and its normals."""
-    angle, z = np.meshgrid(np.linspace(0, np.pi / 2, n), np.linspace(0, 3, 4), indexing="ij")
-    normal = np.column_stack([np.cos(angle.ravel()), np.sin(angle.ravel()), np.zeros(angle.size)])
-    return 4 * normal + np.array([0, 0, 1]) * z.ravel()[:, None], normal
-
-
 def test_reactions_of_slips_between_knots_are_averaged_ones():
     block = shakedown.example("block-9")
     coarse = averaged(block, 0.5)

@@ -70,10 +70,6 @@ def public_dataclasses():
     return sorted(found, key=lambda kind: kind.__name__)
 
 
-def test_results_that_are_not_exported_by_name_are_among_them():
-    assert {"Coupling", "LeastPressureBound"} <= {kind.__name__ for kind in public_dataclasses()}
-
-
 @pytest.mark.parametrize("kind", public_dataclasses(), ids=lambda kind: kind.__name__)
 def test_every_public_dataclass_is_a_result(kind):
     assert issubclass(kind, Result)
@@ -220,17 +216,11 @@ def test_sees_every_difference(name):
 
 
 @pytest.mark.parametrize("name", RESULTS)
-def test_is_json(name):
-    document = made(name).to_dict()
-    assert json.loads(json.dumps(document, allow_nan=False)) == document
+def test_is_json_and_a_table(name):
+    document, table = made(name).to_dict(), made(name).to_frame()
     assert document
-
-
-@pytest.mark.parametrize("name", RESULTS)
-def test_is_a_table(name):
-    table = made(name).to_frame()
-    assert len(table) >= 1
-    assert len(table.columns) >= 1
+    assert json.loads(json.dumps(document, allow_nan=False)) == document
+    assert min(table.shape) >= 1
 
 
 def test_a_table_of_nodes_names_them():

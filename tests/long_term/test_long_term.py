@@ -6,9 +6,7 @@ from joints import walking
 from joints_in_space import embedded
 
 import shakedown
-from shakedown.ground.status import OPEN, STICK
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.method import State
 from tests.joints import FAMILY, member, slow_problem
 
 
@@ -70,48 +68,6 @@ def test_agrees_with_plain_simulation(name, load_factor):
     assert np.abs(slips[-1] - state.final_slip).max() <= 1e-9 * scale
     assert state.residual <= 1e-12
     assert state.return_error <= 1e-10
-
-
-def moved_with(evolution, stuck):
-    """∂(v, w)/∂v_stuck (2n, t), where every other moving node follows from its equations."""
-    act, layout = evolution.method.active, evolution.problem.layout
-    size = int((act.place >= 0).sum())
-    basis = np.zeros((layout.size, len(stuck)))
-    basis[stuck, np.arange(len(stuck))] = 1.0
-    cols, coef = act.col[:size], act.coef[:size]
-    partner = np.where(cols < layout.slip_size, layout.gaps_of(cols), cols)
-    rows = act.kappa[cols] - coef[:, None] * act.kappa[partner]
-    basis[cols] = -act.inverse[:size, :size] @ rows[:, stuck]
-    return basis
-
-
-def test_derivative_of_the_cycle_map_is_that_of_finite_differences():
-    problem = shakedown.example("block-9")
-    evolution = Evolution(problem, 6.0)
-    for _ in range(3):
-        evolution.cycle()
-    start = evolution.state
-    stuck = np.flatnonzero(start.contact == STICK)
-    closed = np.append(np.zeros(problem.n, dtype=bool), start.contact != OPEN)
-    basis = moved_with(evolution, stuck)
-    tangent = basis.copy()
-    evolution.method.motion.hold(tangent=tangent, delay=np.zeros(len(stuck)))
-    evolution.method.motion.set(parameters=len(stuck))
-    evolution.cycle()
-    jacobian = tangent[stuck]
-    end = evolution.state
-    step = 1e-6 * np.abs(start.u).max()
-    for c, node in enumerate(stuck):
-        column = []
-        for sign in (+1, -1):
-            displaced = np.where(closed, 0.0, start.u + sign * step * basis[:, c])
-            evolution.state = State(displaced, start.contact)
-            evolution.cycle()
-            column.append(evolution.method.u[stuck].copy())
-        difference = (column[0] - column[1]) / (2 * step)
-        one_sided = [(u - end.u[stuck]) / (s * step) for u, s in zip(column, (1, -1), strict=True)]
-        errors = [np.abs(d - jacobian[:, c]).max() for d in [difference, *one_sided]]
-        assert min(errors) <= 1e-6, node
 
 
 def test_a_joint_whose_moving_nodes_nothing_holds_is_undecided():

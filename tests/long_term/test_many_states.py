@@ -60,15 +60,6 @@ def test_agrees_with_the_single_state_on_random_joints(kind, outcomes):
     assert outcomes <= found
 
 
-@pytest.mark.parametrize(("name", "load_factor"), [("two-node", 0.7), ("two-node", 0.9), ("block-9", 2.0)])
-def test_agrees_with_the_single_state(name, load_factor):
-    problem, rng = shakedown.example(name), np.random.default_rng(0)
-    starts = rng.uniform(-1.5, 1.5, (12, problem.n)) * scales(problem, load_factor).length
-    states = assert_agree(problem, load_factor, starts)
-    assert len(states) == 12
-    assert states.load_factor == load_factor
-
-
 def test_what_is_not_found_in_time_is_undecided():
     states = assert_agree(slow_problem(0.9999), 1.1, np.zeros((1, 2)), max_cycles=1)
     assert states.outcome.tolist() == ["undecided"]

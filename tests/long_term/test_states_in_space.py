@@ -57,9 +57,9 @@ def test_load_in_one_direction_is_the_plane():
         assert found.dissipation_per_cycle == pytest.approx(exact.dissipation_per_cycle, rel=1e-6)
 
 
-@pytest.mark.parametrize(("force", "length"), [(2.0**-80, 2.0**-80)])
-def test_no_unit_decides_where_nodes_open(force, length):
+def test_no_unit_decides_where_nodes_open():
     """Stiffness so small beside 1 that nothing else may stand beside it."""
+    force = length = 2.0**-80
     problem = that_opens(np.random.default_rng(0), 4, pressure=0.2)
     one = shakedown.long_term_state(problem, 1.0)
     same = shakedown.long_term_state(in_units(problem, force, length), 1.0)
@@ -182,9 +182,9 @@ def test_a_soft_node_does_not_hide_the_slip_of_a_stiff_one(stiffer):
     np.testing.assert_allclose(at_rest, alone.final_slip, atol=1e-6)
 
 
-@pytest.mark.parametrize("stiffer", [1e6])
-def test_a_node_that_settles_slowly_does_not_hide_a_drift_beside_it(stiffer):
+def test_a_node_that_settles_slowly_does_not_hide_a_drift_beside_it():
     """A pair that walks, a soft node that slips far, and one that slides to the middle in thousands of cycles."""
+    stiffer = 1e6
     turn = 2.0 * np.pi * np.arange(12) / 12
     wave, none = np.cos(turn), np.zeros(12)
     turns = np.where(np.arange(12) < 6, 1.0, -1.0)
@@ -198,9 +198,9 @@ def test_a_node_that_settles_slowly_does_not_hide_a_drift_beside_it(stiffer):
     assert stiffer * np.abs(found.drift[:4:2]) == pytest.approx(2e-3, rel=1e-3)
 
 
-@pytest.mark.parametrize("slower", [1e-3])
-def test_the_error_has_the_way_of_the_slowest_node(slower):
+def test_the_error_has_the_way_of_the_slowest_node():
     """A node slips far, two slide to the middle: the slower one still has all its way to go."""
+    slower = 1e-3
     wave, none = np.cos(2.0 * np.pi * np.arange(12) / 12), np.zeros(12)
     A = np.diag([1.0, 1.0, 1.0, 0.02, 1.0, 0.02])
     q_w = np.stack([10.0 * wave, none, 1.03 * wave, none, (1.0 + 0.03 * slower) * wave, none], axis=1)
@@ -221,9 +221,9 @@ def test_the_error_of_a_state_at_rest_has_what_is_still_to_come():
     assert 1e-6 < abs(found.final_slip[1] - 1 / 7.5) < found.error < 1e-3
 
 
-@pytest.mark.parametrize("friction", [1e-12])
-def test_a_cycle_that_takes_next_to_no_work_is_one(friction):
+def test_a_cycle_that_takes_next_to_no_work_is_one():
     """A node that the load carries along against hardly any friction: it slips 4 (λ q − f p) per cycle."""
+    friction = 1e-12
     q_w = np.zeros((4, 4))
     q_w[0, 2], q_w[2, 2], q_w[1, 0], q_w[3, 0] = 1.0, -1.0, 0.3, -0.3
     joint = shakedown.Problem(

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from joints import joint_of_kind
 
 import shakedown
 from shakedown.ground.status import Outcome
@@ -40,13 +39,3 @@ def test_the_search_finds_the_exact_long_term_state(name):
                 assert found.period == exact.period
                 off = 8 * problem.n * scale.force * found.error
                 assert found.dissipation_per_cycle == pytest.approx(exact.dissipation_per_cycle, abs=off)
-
-
-def test_a_leap_may_have_forgotten_the_period_before_of_a_floating_body():
-    joint = joint_of_kind(np.random.default_rng(6), "floating")
-    motion = Evolution(joint, 1.0)
-    search = SteadySearch(motion, Passage.of(motion), SearchRules(100, 2, 1e-10, np.ones(joint.n)))
-    assert search.settle().outcome == Outcome.RATCHETTING
-    while len(search.cycles.states) > 2:
-        search.cycles.states.popleft()
-    assert search._slips_for_ever(1, long_expected=True) is None

@@ -22,20 +22,19 @@ def agree(one, other, force, length):
 
 
 @cache
-def drawn(seed):
-    """Sixty joints and their long-term states."""
-    rng = np.random.default_rng(seed)
-    joints = [any_joint(rng) for _ in range(60)]
+def drawn():
+    """Thirty joints and their long-term states."""
+    rng = np.random.default_rng(0)
+    joints = [any_joint(rng) for _ in range(30)]
     return [(joint, shakedown.long_term_state(joint, 1.0, max_cycles=40)) for joint in joints]
 
 
 @pytest.mark.parametrize(("force", "length"), [(2.0**30, 2.0**-20), (2.0**-40, 1.0)])
-@pytest.mark.parametrize("seed", [0])
-def test_the_long_term_state_does_not_depend_on_units(seed, force, length):
-    for problem, one in drawn(seed):
+def test_the_long_term_state_does_not_depend_on_units(force, length):
+    for problem, one in drawn():
         other = shakedown.long_term_state(in_units(problem, force, length), 1.0, max_cycles=40)
         agree(one, other, force, length)
-    assert [one.outcome for _, one in drawn(seed)].count("cyclic-slip") > 5
+    assert [one.outcome for _, one in drawn()].count("cyclic-slip") > 5
 
 
 @pytest.mark.parametrize("seed", [195, 451, 1182])

@@ -186,9 +186,8 @@ def one_slow_node() -> shakedown.Problem:
     return shakedown.Problem(A=A, B=B, C=[[0.0053]], f=0.3, q_w=q_w, p_w=2.1 + 0.139 * np.cos(t))
 
 
-@pytest.mark.parametrize("share", [0.9999])
-def test_no_verdict_contradicts_what_is_proved(share):
-    joint = one_slow_node()
+def test_no_verdict_contradicts_what_is_proved():
+    joint, share = one_slow_node(), 0.9999
     proved = shakedown.energy_bound(joint).load_factor
     state = shakedown.long_term_state(joint, share * proved, max_cycles=40)
     assert state.outcome == "shakedown"

@@ -10,7 +10,7 @@ from shakedown import ProblemError, UsageError, long_term_state, simulate, upper
 from shakedown.joint.constraints import loading
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.units import without_loads
-from shakedown.motion.evolution import Evolution, evolve
+from shakedown.motion.evolution import evolve
 from tests.partly_open import SOME, partly_open, zone_bound
 
 # without its transient: that begins without load, where the safe slip is not admissible
@@ -66,22 +66,6 @@ def test_the_receding_block_rests_in_its_zone_and_slips_above(method):
         assert not rests or (run.outcome, run.open_nodes) == ("shakedown", UPPER.open_nodes)
 
 
-@pytest.mark.parametrize("seed", SOME[:3])
-def test_the_state_at_the_start_is_in_equilibrium_with_the_first_load(seed):
-    problem = partly_open(seed)
-    upper, load_factor = at_a_share(seed, 0.6)
-    if upper.status != "optimal":
-        return
-    evolution = Evolution(problem, load_factor, upper.slip, open_nodes=upper.open_nodes)
-    r = evolution.load[0] + problem.kappa @ evolution.state.u
-    of_open = [*upper.open_nodes, *(problem.n + i for i in upper.open_nodes)]
-    assert np.abs(r[of_open]).max(initial=0.0) < 1e-12 * np.abs(evolution.load).max()
-    before = evolution.state
-    evolution.advance(1)
-    still = list(set(range(problem.n)) - set(upper.open_nodes))
-    assert np.abs(evolution.state.u[still] - before.u[still]).max() < 1e-12 * np.abs(before.u).max()
-
-
 def test_slips_given_for_open_nodes_do_not_matter():
     other = UPPER.slip.copy()
     other[list(UPPER.open_nodes)] = 17.0
@@ -91,29 +75,6 @@ def test_slips_given_for_open_nodes_do_not_matter():
     )
     assert (one.initial_slip == two.initial_slip).all()
     assert (one.cycles[-1].end_slip == two.cycles[-1].end_slip).all()
-
-
-def test_load_steps_that_are_split_change_nothing():
-    def split(path):
-        half = np.vstack([np.zeros_like(path[:1]), np.diff(path, axis=0)])
-        return np.repeat(path, 2, axis=0) - np.repeat(half, 2, axis=0) * np.tile(
-            [[0.5], [0.0]], (len(path), 1)
-        )
-
-    problem, (upper, load_factor) = partly_open(SOME[0]), at_a_share(SOME[0], 1.3)
-    loop = [np.vstack([part[-1:], part]) for part in (problem.q_w, problem.p_w)]
-    mean = {"q_mean": problem.q_w.mean(axis=0), "p_mean": problem.p_w.mean(axis=0)}
-    fine = replace(problem, **mean, q_w=split(loop[0])[2:], p_w=split(loop[1])[2:])
-    # the finer loop begins half a step earlier: both are brought to the same first load
-    q_w, p_w = loading(problem).at(load_factor)
-    first = {"q_transient": q_w[-1:], "p_transient": p_w[-1:]}
-    ends = [
-        evolve(replace(joint, **first), load_factor, upper.slip, open_nodes=upper.open_nodes, cycles=3)
-        for joint in (problem, fine)
-    ]
-    one, two = (run.cycles[-1] for run in ends)
-    assert one.events == two.events
-    assert two.end_slip == pytest.approx(one.end_slip, rel=1e-9, abs=1e-11)
 
 
 def test_what_cannot_be_a_start_is_refused_in_one_line():

@@ -1,40 +1,36 @@
 """Programs over the discs of nodes: one block per node is the whole matrix, and its end keeps its conditions."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from shakedown.ground.errors import SolverError
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.self_dual import solve_discs
+from shakedown.programs.self_dual import solve_discs, solve_self_dual
 
 
-def program(seed: int, *, norm: bool) -> DiscProgram:
-    """The largest w_1 over discs about the origin, their nodes in no order, and a half-space of y."""
+def program(seed: int, *, norm: bool, rank: int = 4) -> DiscProgram:
+    """The largest w_1 over the discs of four nodes in no order and two rows of y: safe at the origin."""
     rng = np.random.default_rng(seed)
-    n, r, K = 3, 4, 9
-    node = rng.permutation(np.arange(K) % n)
+    n, K = 4, 12
     right = rng.normal(size=(K, 3))
     right[:, 0] = np.hypot(right[:, 1], right[:, 2]) + rng.uniform(0.5, 1.0, K)
     extra = rng.normal(size=(K, 3, 2))
     extra[:, 0, 0], extra[:, 1:, 0] = 0.3, 0.0  # w_0 is a radius
     return DiscProgram(
-        blocks=rng.normal(size=(n, 3, r)),
-        node=node,
+        blocks=rng.normal(size=(n, 3, rank)),
+        node=rng.permutation(np.arange(K) % n),
         extra=extra,
         right=right,
-        rows=np.vstack([rng.normal(size=(1, r)), np.zeros((2, r))]),
-        rows_extra=np.array([[0.0, 0.1], [-1.0, 0.0], [0.0, 1.0]]),
-        rows_right=np.array([1.0, 0.0, 9.0]),
+        rows=np.vstack([rng.normal(size=(2, rank)), np.zeros((2, rank))]),
+        rows_extra=np.array([[0.0, 0.1], [0.1, 0.0], [-1.0, 0.0], [0.0, 1.0]]),
+        rows_right=np.array([1.0, 2.0, 0.0, 9.0]),
         cost=np.array([0.0, -1.0]),
         norm=np.array([1.0, 0.0]) if norm else None,
         offset=0.1 if norm else 0.0,
     )
-
-
-def matrix(discs: DiscProgram) -> np.ndarray:
-    """All of its coefficients, column by column."""
-    return np.column_stack([discs.times(column) for column in np.eye(len(discs.costs))])
 
 
 @pytest.mark.parametrize("norm", [True, False])
@@ -51,5 +47,32 @@ def test_an_end_keeps_its_conditions(seed, norm):
 
 
 def test_no_end_is_claimed_that_is_not_accurate_enough():
-    with pytest.raises(SolverError, match="the program of 9 discs ended without an answer"):
+    with pytest.raises(SolverError, match="the program of 12 discs ended without an answer"):
         solve_discs(program(0, norm=True), usable=1e-17)
+
+
+@pytest.mark.parametrize("norm", [True, False])
+@pytest.mark.parametrize("rank", [8, 5])
+def test_in_the_reactions_of_nodes_as_unknowns_the_end_is_the_same(rank, norm):
+    discs = program(4, norm=norm, rank=rank)
+    one, two = solve_self_dual(discs), solve_self_dual(replace(discs, reactions_from=1))
+    assert one.status == two.status == Status.OPTIMAL
+    np.testing.assert_allclose(one.x[-1], two.x[-1], rtol=1e-9)
+
+
+def test_reactions_that_say_nearly_the_same_are_no_unknowns():
+    discs = program(4, norm=False, rank=8)
+    blocks = discs.blocks.copy()
+    blocks[0, 1] = blocks[1, 1] + 1e-9 * blocks[0, 1]
+    assert not replace(discs, blocks=blocks, reactions_from=1).in_reactions
+
+
+@pytest.mark.parametrize("little", [True, False])
+def test_a_program_that_differs_little_shares_the_way_to_its_end(little):
+    discs = program(4, norm=True, rank=8)
+    other = replace(discs, blocks=discs.blocks * (1.0 + 1e-6)) if little else program(6, norm=True, rank=8)
+    first, alone = solve_self_dual(discs), solve_self_dual(other)
+    shared = solve_self_dual(other, begun=first.path)
+    assert shared.path[0] is first.path[0] or not little
+    assert shared.status == alone.status
+    np.testing.assert_allclose(shared.x[-1], alone.x[-1], rtol=1e-9)

@@ -108,11 +108,6 @@ def block() -> Verification:
 
 
 @pytest.fixture(scope="module")
-def jump() -> Verification:
-    return verified(shakedown.example("jump"))
-
-
-@pytest.fixture(scope="module")
 def two_page(two) -> str:
     """For its words: pictures are not drawn."""
     with pytest.MonkeyPatch.context() as patch:

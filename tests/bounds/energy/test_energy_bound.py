@@ -41,15 +41,6 @@ def test_never_above_the_largest_and_falling_with_the_distance(seed):
     assert factors[1] < factors[0]
 
 
-def test_inside_the_ball_at_every_smaller_load_factor():
-    problem = strong_joint(4, 5)
-    bound = energy_bound(problem, problem.q_w[0] * 0.01)
-    for share in (0.3, 0.9, 1 - 1e-6):
-        ball = shakedown.energy_ball(problem, share * bound.load_factor, around=bound.initial_slip)
-        assert ball.contains(bound.initial_slip)
-    assert shakedown.energy_ball(problem, 0.5 * bound.load_factor).radius >= bound.radius
-
-
 @pytest.mark.parametrize("make", [random_problem, chain])
 def test_many_nodes(make):
     problem = make(60, seed=0)

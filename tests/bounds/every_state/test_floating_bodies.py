@@ -79,15 +79,6 @@ def test_rest_is_bounded_for_all_rigid_motions(kind: str):
     assert replace(rates, margin=1.2 * seen + 1e-6).proved(firm, long, low, high)
 
 
-@pytest.mark.parametrize("kind", ["translations", "rotation", "plane"])
-def test_without_coupling_it_is_the_largest_load_factor(kind: str):
-    problem = drawn(2, kind)
-    found = universal_bound(replace(problem, B=0 * problem.B))
-    upper = shakedown.upper_bound(replace(problem, B=0 * problem.B)).load_factor
-    assert found.argument.startswith("Melan")
-    assert found.load_factor == pytest.approx(upper, rel=1e-8)
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_a_floating_body_in_the_plane_is_proved_no_further_than_its_first_collapse(seed: int):
     problem = drawn(seed, "plane")

@@ -90,17 +90,6 @@ def test_rigid_motion_limits_a_floating_body():
     assert least_pressure_bound(problem).load_factor == pytest.approx(0.7)
 
 
-def test_never_above_the_first_collapse_and_at_least_what_least_pressures_prove():
-    for seed in range(6):
-        problem = joint(seed, n=3, m=5)
-        bound = shakedown.universal_bound(problem)
-        assert bound.load_factor <= bound.first_collapse
-        if bound.pressures is not None:
-            assert bound.load_factor >= min(
-                bound.pressures.load_factor, bound.first_collapse, bound.lift_off_bound
-            )
-
-
 @pytest.mark.parametrize(
     ("name", "f", "argument"),
     [

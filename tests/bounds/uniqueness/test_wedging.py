@@ -6,8 +6,7 @@ import pytest
 import shakedown
 from benchmarks.problems import joint
 from shakedown import Problem
-from shakedown.bounds.uniqueness.coupling import scaled_stiffness
-from shakedown.bounds.uniqueness.friction_thresholds import PROGRAMS, friction_used
+from shakedown.bounds.uniqueness.friction_thresholds import PROGRAMS
 from shakedown.ground.constants import SIX_DIGITS
 
 
@@ -76,16 +75,6 @@ def test_a_node_whose_pressure_no_slip_changes_bears_none() -> None:
     wedged = shakedown.friction_thresholds(problem).wedging
     assert wedged.value == pytest.approx(np.nanmin(needed), rel=1e-4)
     assert not wedged.reason
-
-
-def test_no_friction_holds_a_node_without_pressure() -> None:
-    """Unless it needs none: |A v|_j = 0."""
-    problem = Problem(
-        A=np.eye(2), B=[[1.0, 0.0], [0.0, 0.0]], f=0.3, q_w=np.zeros((1, 2)), p_w=np.ones((1, 2))
-    )
-    stiffness = scaled_stiffness(problem, np.ones(2), shakedown.Tolerances())
-    assert np.isinf(friction_used(stiffness, np.array([1.0, 1.0])))
-    assert np.isfinite(friction_used(stiffness, np.array([1.0, 0.0])))
 
 
 def test_many_nodes_are_not_searched_and_say_so() -> None:

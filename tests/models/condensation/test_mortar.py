@@ -119,18 +119,6 @@ def test_a_constant_pressure_and_rigid_motions_pass(case):
     assert np.abs(found.gap).max() < 1e-13
 
 
-@pytest.mark.parametrize(
-    "options", [{}, {"skew": 0.2}, {"triangles": True}, {"middles": True, "centres": True}]
-)
-def test_matching_surfaces_are_pairs(options):
-    one, other = (grid((3, 2), first, into, **options) for first, into in ((1, 1.0), (900, -1.0)))
-    other = ContactSurface(
-        other.labels, one.places, [tuple(np.array(f) + 899) for f in one.facets], other.inside
-    )
-    found = surface_coupling(one, other)
-    np.testing.assert_allclose(found.P.toarray(), np.eye(found.P.shape[0]), atol=1e-13)
-
-
 @pytest.mark.parametrize("shift", [0.3, 0.66, 0.999])
 @pytest.mark.parametrize("triangles", [False, True])
 def test_edges_are_trimmed(shift, triangles):

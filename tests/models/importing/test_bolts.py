@@ -69,8 +69,14 @@ def test_head_and_nut_of_two_meshes_make_no_couple(tmp_path):
     size = np.abs(upper.force).max()
     np.testing.assert_allclose(upper.force + lower.force, 0.0, atol=1e-12 * size)
     np.testing.assert_allclose(upper.moment + lower.moment, 0.0, atol=1e-12 * size)
+    assert not any("bolt" in said for said in made.warnings)
     assert made.problem.load_mean[2] == 50.0
     assert made.problem.load_units[2] == "N"
+    (tmp_path / "import.toml").write_text(
+        text.replace("pairs = [", "surfaces = [") + '[supports]\nfixed = [["TOP", 3]]\n'
+    )
+    with pytest.raises(ProblemError, match="free nodes under head and nut, found direction 3 of node"):
+        import_model(tmp_path / "import.toml")
     aside = text.replace("pairs = [", "surfaces = [").replace("LOWER_NUT", "LOWER_RIM")
     write(tmp_path, *bricks((2, 2, 1), (3, 2, 1)), {"RIM": lambda x: x[:, 0] > 1.5})
     (tmp_path / "import.toml").write_text(aside)
@@ -128,23 +134,6 @@ def test_what_cannot_be_meant_is_refused(folder, bolts, job, said):
         import_model(configuration(folder, *bolts, job=job))
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
-
-
-def test_a_shank_pulls_at_nodes_that_are_free(tmp_path):
-    write(tmp_path, *bricks((2, 2, 1), (3, 2, 1)), {"NUT": lambda x: x[:, 0] > 0.5})
-    shank = SHANK.replace("axis = [0, 0, -1]", "nut = NUT")
-
-    def warnings(head, nut, more=""):
-        bolt = shank.replace('"TOP"', head).replace("NUT", nut)
-        text = configuration(tmp_path, bolt).read_text().replace("pairs = [", "surfaces = [")
-        (tmp_path / "import.toml").write_text(text + more)
-        return import_model(tmp_path / "import.toml").warnings
-
-    assert not any("bolt" in said for said in warnings('"TOP"', '"LOWER_NUT"'))
-    with pytest.raises(
-        ProblemError, match="expected free nodes under head and nut, found direction 3 of node"
-    ):
-        warnings('"TOP"', '"LOWER_NUT"', '[supports]\nfixed = [["TOP", 3]]\n')
 
 
 def test_a_section_of_another_code_or_one_that_was_held_is_refused(folder):
@@ -251,6 +240,7 @@ def printed(path):
     return forces[1::2], pressures  # U and RF in turn
 
 
+@pytest.mark.slow
 @needs_ccx
 def test_tightened_and_pulled_open_plates_are_those_of_calculix(plates):
     """The force of the section is printed per node: CalculiX divides by the four that it has."""

@@ -1,7 +1,5 @@
 """What an import finds of a model itself: its bodies and what holds them, patches, resultants and moments."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import writers
@@ -10,8 +8,6 @@ from scipy import sparse
 
 import shakedown
 from shakedown.fem import ElasticBody, Material, Support, block_mesh
-from shakedown.models.importing.model_evidence import model_doubts
-from shakedown.models.importing.templates import write_import_example
 
 STEEL = Material(200e3, 0.3)
 
@@ -92,16 +88,3 @@ def test_a_clamp_is_told_patch_by_patch(clamp):
     lines = [line.split() for line in out.splitlines()]
     assert ["contact,", "above", "0", "-70", "-35"] in lines
     assert all(len(line) <= 80 for line in out.splitlines())
-
-
-def test_matrix_and_deck_of_two_models_are_told_apart(tmp_path):
-    write_import_example(tmp_path)
-    made = shakedown.import_model(tmp_path / "import.toml")
-    stiffness, mesh = made.stiffness, made.mesh
-    assert not list(model_doubts(stiffness, made.contact, mesh))
-    assert not list(model_doubts(stiffness, made.contact, replace(mesh, coordinates=2.5 * mesh.coordinates)))
-    stretched = replace(mesh, coordinates=mesh.coordinates * [1, 2, 1])
-    (said,) = model_doubts(stiffness, made.contact, stretched)
-    assert said.startswith("rigid motions of the deck's nodes meet resistance at 45 of 96 nodes inside")
-    said, *_ = model_doubts(replace(stiffness, dofs=np.roll(stiffness.dofs, 2, axis=0)), made.contact, mesh)
-    assert said.endswith("are matrix, row map and deck of one run?")

@@ -4,7 +4,6 @@ import shutil
 
 import numpy as np
 import pytest
-from calculix import ccx, needs_ccx
 from model_files import HEAT, RING, changed
 
 from shakedown import ProblemError, import_model
@@ -91,16 +90,6 @@ def test_held_runs_have_to_show_that_they_are(heat):
     )
     (heat / "held.dat").write_text(zeros + "\n")
     assert any("reaches no contact node" in warning for warning in made(heat).warnings)
-
-
-@needs_ccx
-def test_the_stored_runs_are_what_calculix_writes(heat):
-    for job in ("held", "open", "clamped"):
-        stored = (heat / f"{job}.dat").read_text().split()
-        ccx(heat, job)
-        again = (heat / f"{job}.dat").read_text().split()
-        for one, other in zip(stored, again, strict=True):
-            assert one == other or abs(float(one) - float(other)) < 1e-5
 
 
 FIT, INTERFERENCE, EXPANSION = 10.0, 0.01, 1.2e-5

@@ -11,7 +11,6 @@ import shakedown
 from shakedown.models.importing.import_model import import_problem
 from shakedown.models.importing.templates import write_import_example
 from shakedown.models.readers.formats import read_any_mesh
-from shakedown.models.readers.mesh import Mesh
 
 
 @pytest.fixture
@@ -65,19 +64,3 @@ def test_a_thickness_multiplies_the_areas(example):
     example.write_text(text.replace("[contact]", "[contact]\nthickness = 0"))
     with pytest.raises(shakedown.ProblemError, match=r"key 'thickness': expected a number > 0 .*, found 0"):
         import_problem(example)
-
-
-def plate(shape: str = "quadrilateral", **more) -> Mesh:
-    """Two plane elements side by side on nodes 1, 2, 3; 4, 5, 6."""
-    place = np.array([[0.0, 0, 0], [1, 0, 0], [3, 0, 0], [0, 1, 0], [1, 1, 0], [3, 1, 0]])
-    elements = {1: (shape, (1, 2, 5, 4)), 2: (shape, (2, 3, 6, 5))}
-    return Mesh("plate", np.arange(1, 7), place, elements=elements, **more)
-
-
-def test_areas_of_nodes_come_from_the_faces_between_them():
-    assert plate().node_areas([3, 1, 2], thickness=2.0) == pytest.approx([2.0, 1.0, 3.0])
-    assert plate().node_areas([1, 3]) is None  # no face between them
-    revolved = plate(axisymmetric=True).node_areas([3, 1, 2])
-    assert revolved == pytest.approx(
-        2 * np.pi * np.array([2 * (1 / 6 + 1), 1 / 6, 1 / 3 + 2 * (1 / 3 + 1 / 2)])
-    )

@@ -14,7 +14,7 @@ from shakedown.models.readers.mapped_matrices import read_harwell_boeing, read_r
 from shakedown.models.readers.mesh import CORNERS, EDGES, Mesh
 from shakedown.models.readers.mesh_files import read_coordinates
 from shakedown.models.readers.nastran import read_analysis_set, read_grids
-from shakedown.models.readers.nodal_vectors import read_nodal_vectors, read_vectors_table
+from shakedown.models.readers.nodal_vectors import read_vectors_table
 from shakedown.models.readers.text import read_table
 
 BRICKS = """*HEADING
@@ -85,11 +85,10 @@ def test_normals_point_into_the_body(tmp_path):
         mesh.normals([1])
 
 
-@pytest.mark.parametrize("angle", [0.3])
 @pytest.mark.parametrize("shape", ["CPE3", "CPE4", "CPE6", "CPE8R", "C3D4", "C3D6", "C3D10", "C3D20"])
-def test_every_shape_has_inward_normals_on_every_face(tmp_path, shape, angle):
+def test_every_shape_has_inward_normals_on_every_face(tmp_path, shape):
     """An element of every kind, turned: the normals of all its faces point to its middle."""
-    names = {3: "triangle", 4: "quadrilateral"} | {6: "triangle", 8: "quadrilateral"}
+    names = {3: "triangle", 4: "quadrilateral", 6: "triangle", 8: "quadrilateral"}
     solids = {4: "tetrahedron", 6: "wedge", 8: "hexahedron", 10: "tetrahedron", 20: "hexahedron"}
     count = int("".join(filter(str.isdigit, shape[3:])))
     kind = (solids if shape.startswith("C3D") else names)[count]
@@ -102,7 +101,7 @@ def test_every_shape_has_inward_normals_on_every_face(tmp_path, shape, angle):
     }[kind]
     points = np.zeros((CORNERS[kind], 3))
     points[:, : len(corners[0])] = corners
-    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    turn = np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]])
     points = points @ turn.T
     middles = [(points[a] + points[b]) / 2 for a, b in EDGES[kind]]
     points = np.vstack([points, *middles])[:count] if count > CORNERS[kind] else points
@@ -213,6 +212,7 @@ BRICK = """*NODE, NSET=NALL
         "a comma at the end": ("7, 8\n*NSET", "7, 8,\n*NSET"),
         "two of them": ("7, 8\n*NSET", "7, 8,\n2, 8, 7, 6, 5, 4, 3, 2, 1,\n*NSET"),
         "an equation removed": ("*NSET", "*EQUATION, REMOVE\nNALL, 3\n*NSET"),
+        "an equation of an empty line": ("*NSET", "*EQUATION\n,\n2\n5, 1, 1., 1, 1, -1.\n*NSET"),
         "a shell with a surface": (
             "*NSET",
             "*ELEMENT, TYPE=S4\n2, 5, 6, 7, 8\n*SURFACE, NAME=SKIN\n2, S2\n*NSET",
@@ -234,28 +234,13 @@ def test_a_surface_without_faces_is_refused_where_somebody_asks_for_it(tmp_path)
         mesh.nodes("OTHER")
 
 
-@pytest.mark.parametrize(
-    ("moved", "shift"),
-    [
-        ("10., 0., 0.", [10, 0, 0]),
-        ("5.", [5, 0, 0]),
-        ("1., 2.", [1, 2, 0]),
-        ("1.,,", [1, 0, 0]),
-        (",, 3.", [0, 0, 3]),
-    ],
-)
-@pytest.mark.parametrize("within", ["part", "instance"])
-def test_an_instance_is_moved_with_its_nodes(tmp_path, moved, shift, within):
-    """Also where the part comes first; nodes of the assembly stay."""
-    texts = (f"*PART, NAME=P\n{BRICK}*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=I, PART=P\n{moved}\n", "")
-    if within == "instance":
-        texts = (f"*ASSEMBLY, NAME=A\n*INSTANCE, NAME=I, PART=P\n{moved}\n{BRICK}", "")
-    mesh = deck(tmp_path, f"{''.join(texts)}*END INSTANCE\n*NODE\n90, 1., 1., 1.\n*END ASSEMBLY\n")
-    assert mesh.at([1, 90]).tolist() == [shift, [1.0, 1.0, 1.0]]
-
-
-def test_equations_are_passed_over(tmp_path):
-    assert deck(tmp_path, BRICK + "*EQUATION\n,\n2\n5, 1, 1., 1, 1, -1.\n").equations
+@pytest.mark.parametrize(("moved", "shift"), [("5.", [5, 0, 0]), ("1.,,", [1, 0, 0]), (",, 3.", [0, 0, 3])])
+def test_an_instance_is_moved_with_its_nodes(tmp_path, moved, shift):
+    """Where the part comes first, and where its nodes stand in the instance; nodes of the assembly stay."""
+    instance = f"*ASSEMBLY, NAME=A\n*INSTANCE, NAME=I, PART=P\n{moved}\n"
+    for text in (f"*PART, NAME=P\n{BRICK}*END PART\n{instance}", f"{instance}{BRICK}"):
+        mesh = deck(tmp_path, f"{text}*END INSTANCE\n*NODE\n90, 1., 1., 1.\n*END ASSEMBLY\n")
+        assert mesh.at([1, 90]).tolist() == [shift, [1.0, 1.0, 1.0]]
 
 
 def test_included_lines_stand_in_their_place(tmp_path):
@@ -584,30 +569,10 @@ def test_a_list_of_nodes_as_ansys_writes_it(tmp_path):
     mesh = read_coordinates(tmp_path / "nodes.txt")
     assert mesh.labels.tolist() == [7, 3]
     assert mesh.at([7]).tolist() == [[-4.99e-16, 0.1, 0.15]]
-    for new, message in (("7\t", "found node 3 twice"), ("7\t", "whole number")):
-        label = "3\t" if "twice" in message else "7,5\t"
-        (tmp_path / "nodes.txt").write_text(text.replace(new, label, 1))
+    for label, message in (("3\t", "found node 3 twice"), ("7,5\t", "whole number")):
+        (tmp_path / "nodes.txt").write_text(text.replace("7\t", label, 1))
         with pytest.raises(ProblemError, match=message):
             read_coordinates(tmp_path / "nodes.txt")
-
-
-def test_a_table_of_reactions_equals_the_printed_ones(tmp_path):
-    rng = np.random.default_rng(1)
-    forces = np.round(rng.standard_normal((3, 2, 3)), 6)
-    dat = writers.calculix_reactions([([4, 9], step) for step in forces])
-    (tmp_path / "job.dat").write_text(dat)
-    rows = ["Frame,Node Label,RF.RF1,RF.RF2,RF.RF3,RF.Magnitude"]
-    rows += [
-        f"{k + 1},{n},{','.join(f'{v:.6E}' for v in f)},1.0"
-        for k, s in enumerate(forces)
-        for n, f in zip((4, 9), s, strict=True)
-    ]
-    (tmp_path / "rf.csv").write_text("\n".join([*rows, ""]))
-    for printed, listed in zip(
-        read_nodal_vectors(tmp_path / "job.dat"), read_nodal_vectors(tmp_path / "rf.csv"), strict=True
-    ):
-        np.testing.assert_array_equal(printed.vectors, listed.vectors)
-        np.testing.assert_array_equal(printed.nodes, listed.nodes)
 
 
 @pytest.mark.parametrize(

@@ -63,11 +63,6 @@ def test_a_result_file_has_reactions_apart_from_displacements(tmp_path):
 def test_a_damaged_result_file_is_refused(tmp_path, old, new, message):
     text = writers.calculix_frd(STEPS[:1])
     assert old in text
-    if new == " -9":  # no row left
-        text = "\n".join(
-            line for line in text.splitlines() if not line.startswith(" -1") or "0.0 0.0" in line
-        )
-        message = "expected reactions at time 1, found an empty table"
     with pytest.raises(ProblemError, match=message):
         read_nodal_vectors(write(tmp_path, text.replace(old, new)))
 

@@ -94,12 +94,6 @@ def test_formats_without_labels_are_refused_without_a_map(tmp_path, case):
         read_stiffness(path, dof_map=short)
 
 
-def test_calculix_storage_finds_its_own_map(tmp_path):
-    sti, dof = writers.calculix_storage(K, DOFS)
-    write(tmp_path, dof, "job.dof")
-    assert_same(read_stiffness(write(tmp_path, sti, "job.sti")), 1e-13)
-
-
 def test_negative_labels_and_1e36_survive_reading(tmp_path):
     dofs = [(-16, 1), (3, 1), (3, 2)]
     matrix = writers.symmetric_matrix(3)

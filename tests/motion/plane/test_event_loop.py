@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.motion.course import EFFORT, End, EventKind
+from shakedown.motion.course import EventKind
 from shakedown.motion.evolution import Evolution
-from shakedown.motion.plane import event_loop
-from shakedown.motion.plane.moving_state import begin
 
 SCENES = [("two-node", 0.8), ("two-node", 1.5), ("three-node", 2.6), ("block-9", 5.0), ("uncoupled", 1.5)]
 
@@ -38,19 +36,3 @@ def test_a_record_changes_nothing(name, load_factor):
         assert np.array_equal(a.slip, b.slip)
     starts = recorded.history.kind == EventKind.LOAD_STEP
     assert starts.sum() >= 3 * plain.problem.m
-
-
-@pytest.mark.parametrize("passes", [1, 3])
-@pytest.mark.parametrize(("name", "load_factor"), SCENES)
-def test_the_loop_returns_after_a_stated_amount_of_work_and_goes_on(name, load_factor, passes):
-    """However large the joint, an interrupt is not held back until its cycle has ended."""
-    evolution, whole = evolution_of(name, load_factor), evolution_of(name, load_factor)
-    run, same, returns = evolution.method.run_of(True, False), whole.method.run_of(True, False), 0
-    begin(evolution.method.motion)
-    begin(whole.method.motion)
-    while event_loop.follow_straight(run, passes, 20) == End.PAUSED:
-        returns += 1
-    assert event_loop.follow_straight(same, passes, EFFORT) == End.DONE
-    assert returns >= passes
-    assert run.motion.events == same.motion.events
-    assert evolution.state.u == pytest.approx(whole.state.u, abs=1e-13 * evolution.scale.length)

@@ -1,7 +1,6 @@
 """The file of a map: the same bytes whoever did the work and however often it was interrupted."""
 
 import hashlib
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -50,21 +49,6 @@ def test_a_map_that_is_whole_comes_out_the_same_when_resumed(tmp_path):
     assert mapped(path, 71, resume=True).initial_slip.shape == (73, 2)
 
 
-def test_pieces_that_stay_beside_a_whole_map_go(tmp_path):
-    """As after a kill between the two."""
-    path, parts = tmp_path / "map.npz", tmp_path / "map.npz.parts"
-    mapped(path, 64)
-    parts.mkdir()
-    (parts / f"{'0' * 16}-3.npz").touch()
-    mapped(path, 64, resume=True)
-    assert not parts.exists()
-
-
-@pytest.fixture
-def small_pieces(monkeypatch):
-    monkeypatch.setattr("shakedown.studies.basin_map.MapPieces.size", 16)
-
-
 class Stopped(Exception):
     """The run ends here."""
 
@@ -81,8 +65,8 @@ def stopped_after(patch, last):
     patch.setattr(pieces, "_keep", stop)
 
 
-@pytest.mark.usefixtures("small_pieces")
 def test_interrupted_after_any_piece_the_bytes_are_the_same(tmp_path, monkeypatch):
+    monkeypatch.setattr("shakedown.studies.basin_map.MapPieces.size", 16)
     mapped(tmp_path / "whole.npz", 64)
     expected = digest(tmp_path / "whole.npz")
     for last in range(4):
@@ -94,32 +78,3 @@ def test_interrupted_after_any_piece_the_bytes_are_the_same(tmp_path, monkeypatc
         assert not path.exists()
         mapped(path, 64, resume=True)
         assert digest(path) == expected
-
-
-@pytest.mark.usefixtures("small_pieces")
-def test_another_map_is_not_gone_on_with(tmp_path, monkeypatch, caplog):
-    path, parts = tmp_path / "map.npz", tmp_path / "map.npz.parts"
-    mapped(path, 64, seed=1)
-    expected = path.read_bytes()
-    path.unlink()
-    with monkeypatch.context() as patch:
-        stopped_after(patch, 1)
-        with pytest.raises(Stopped):
-            mapped(path, 64)
-    assert len(list(parts.iterdir())) == 2
-    with pytest.raises(shakedown.UsageError, match="unfinished run is kept there; resume it, or remove"):
-        mapped(path, 64)
-    mapped(path, 64, seed=1, resume=True)
-    assert path.read_bytes() == expected
-    assert f"goes on from 0 of 5 pieces in {parts}; 2 others there do not fit" in caplog.messages
-    assert not parts.exists()
-
-
-def test_on_any_executor_the_bytes_are_the_same(tmp_path):
-    calls = []
-    mapped(tmp_path / "whole.npz", 8200)
-    with ThreadPoolExecutor(2) as pool:
-        mapped(tmp_path / "other.npz", 8200, executor=pool, progress=lambda *done: calls.append(done))
-        assert pool.submit(int).result() == 0
-    assert calls[-1] == (3, 3)  # the named states are one
-    assert digest(tmp_path / "other.npz") == digest(tmp_path / "whole.npz")

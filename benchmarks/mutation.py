@@ -1,0 +1,189 @@
+"""Who tests the tests: one operator, comparison, sign or constant of the package changed at a time.
+
+Places are drawn over the modules that decide answers. Each is changed in a copy of the repository, where the
+examples of its module run, the tests of its folder, and those of the folder above. A change that no test
+notices survives: a test is missing, or nothing needs the code, or both mean the same.
+
+``python -m benchmarks.mutation`` goes on where it stopped.
+"""
+
+import ast
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.runner import run_study
+from shakedown.report.facts import table
+
+TITLE = "Changes of the source that no test notices"
+ROOT = Path(__file__).parents[1]
+FOLDERS = ("bounds", "programs", "motion", "long_term", "joint", "models/importing")
+PLACES = 200
+SECONDS = 900  # of tests that do not end: the change is noticed
+COMPARED = {
+    ast.Lt: ("<", "<="),
+    ast.LtE: ("<=", "<"),
+    ast.Gt: (">", ">="),
+    ast.GtE: (">=", ">"),
+    ast.Eq: ("==", "!="),
+    ast.NotEq: ("!=", "=="),
+}
+COMBINED = {
+    ast.Add: ("+", "-"),
+    ast.Sub: ("-", "+"),
+    ast.Mult: ("*", "/"),
+    ast.Div: ("/", "*"),
+    ast.And: ("and", "or"),
+    ast.Or: ("or", "and"),
+}
+
+
+class Place(NamedTuple):
+    """A piece of a line of a file, and what stands there instead."""
+
+    path: str
+    line: int
+    column: int
+    found: str
+    changed: str
+
+
+def places(path: Path) -> Iterator[Place]:
+    """Whatever can be changed in a file; annotations and docstrings are left alone."""
+    text = path.read_text()
+    lines = [line.encode() for line in text.splitlines()]
+    name = str(path.relative_to(ROOT))
+
+    def between(before: ast.expr, after: ast.expr, found: str, changed: str) -> Iterator[Place]:
+        line, start = before.end_lineno or 0, before.end_col_offset or 0
+        while line <= after.lineno:
+            end = after.col_offset if line == after.lineno else len(lines[line - 1])
+            column = lines[line - 1].find(found.encode(), start, end)
+            if column >= 0:
+                yield Place(name, line, column, found, changed)
+                return
+            line, start = line + 1, 0
+
+    for node in _calculated(ast.parse(text)):
+        if isinstance(node, ast.Compare):
+            for before, operator, after in zip(
+                [node.left, *node.comparators], node.ops, node.comparators, strict=False
+            ):
+                if type(operator) in COMPARED:
+                    yield from between(before, after, *COMPARED[type(operator)])
+        elif isinstance(node, ast.BinOp) and type(node.op) in COMBINED:
+            yield from between(node.left, node.right, *COMBINED[type(node.op)])
+        elif isinstance(node, ast.BoolOp):
+            yield from between(node.values[0], node.values[1], *COMBINED[type(node.op)])
+        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+            yield Place(name, node.lineno, node.col_offset, "-", "")
+        elif isinstance(node, ast.Constant) and type(node.value) in (int, float):
+            found = lines[node.lineno - 1][node.col_offset : node.end_col_offset].decode()
+            yield Place(name, node.lineno, node.col_offset, found, str(2 * node.value or 1))
+
+
+def _calculated(tree: ast.AST) -> Iterator[ast.AST]:
+    """The nodes of a syntax tree, without annotations."""
+    for field, value in ast.iter_fields(tree):
+        if field in ("annotation", "returns"):
+            continue
+        for child in value if isinstance(value, list) else [value]:
+            if isinstance(child, ast.AST):
+                yield child
+                yield from _calculated(child)
+
+
+def cases(short: bool) -> list[dict]:
+    """Places drawn over all of the modules, each with its tests; the first of Coulomb's law, in short."""
+    if short:
+        first = next(places(ROOT / "shakedown" / "joint" / "law.py"))
+        return [
+            first._asdict()
+            | {"tests": [["tests/joint/test_two_directions.py::test_the_extreme_load_steps_suffice"]]}
+        ]
+    files = [path for folder in FOLDERS for path in sorted((ROOT / "shakedown" / folder).rglob("*.py"))]
+    found = [place for path in files for place in places(path)]
+    drawn = np.random.default_rng(1).choice(len(found), min(PLACES, len(found)), replace=False)
+    return [found[k]._asdict() | {"tests": _tests(found[k].path)} for k in np.sort(drawn)]
+
+
+@cache
+def _copied() -> Path:
+    """A copy of what git knows of the repository."""
+    copy = Path(tempfile.mkdtemp(prefix="mutation-"))
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True)
+    for name in listed.stdout.splitlines():
+        if (ROOT / name).is_file():
+            (copy / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / name, copy / name)
+    return copy
+
+
+def measure(case: dict) -> dict:
+    """Whether a test fails with the change, and which."""
+    place, copy = Place(*(case[name] for name in Place._fields)), _copied()
+    file = copy / place.path
+    original = file.read_bytes()
+    lines = original.splitlines(keepends=True)
+    line, end = lines[place.line - 1], place.column + len(place.found.encode())
+    assert line[place.column : end] == place.found.encode(), "the source changed since the place was drawn"
+    lines[place.line - 1] = line[: place.column] + place.changed.encode() + line[end:]
+    try:
+        file.write_bytes(b"".join(lines))
+        for tests in case["tests"]:
+            failed = _failed(copy, tests)
+            if failed:
+                return {"noticed": failed}
+    finally:
+        file.write_bytes(original)
+    return {"noticed": ""}
+
+
+def _tests(path: str) -> list[list[str]]:
+    """A module, for the examples of its docstrings, and the folder of tests nearest to it; the one above."""
+    top = ROOT / "tests"
+    folder = top / Path(path).parent.relative_to("shakedown")
+    while not folder.is_dir():
+        folder = folder.parent
+    above = [[str(folder.parent.relative_to(ROOT))]] if folder.parent != top else []
+    return [[path, str(folder.relative_to(ROOT))], *above]
+
+
+def _failed(copy: Path, tests: list[str]) -> str:
+    """The first of some tests that fails; empty where none does."""
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider", *tests]
+    try:
+        done = subprocess.run(command, cwd=copy, capture_output=True, text=True, timeout=SECONDS, check=False)
+    except subprocess.TimeoutExpired:
+        return "no end"
+    if done.returncode == 0:
+        return ""
+    named = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    return named[0].split(" - ")[0] if named else "no test can be read"
+
+
+def tables(rows: list[dict]) -> str:
+    """How many are noticed, and those that are not."""
+    survived = [row for row in rows if not row["noticed"]]
+    lines = [
+        [f"{row['path']}:{row['line']}:{row['column']}", row["found"], row["changed"]] for row in survived
+    ]
+    return f"{len(rows) - len(survived)} of {len(rows)} noticed\n\n" + table(
+        ["survives", "source", "changed to"], lines
+    )
+
+
+def figures(rows: list[dict]) -> dict:
+    """None."""
+    return {}
+
+
+if __name__ == "__main__":
+    run_study("mutation", short=False, fresh=False)
