@@ -51,22 +51,6 @@ def test_no_end_is_claimed_that_is_not_accurate_enough():
         solve_discs(program(0, norm=True), usable=1e-17)
 
 
-@pytest.mark.parametrize("norm", [True, False])
-@pytest.mark.parametrize("rank", [8, 5])
-def test_in_the_reactions_of_nodes_as_unknowns_the_end_is_the_same(rank, norm):
-    discs = program(4, norm=norm, rank=rank)
-    one, two = solve_self_dual(discs), solve_self_dual(replace(discs, reactions_from=1))
-    assert one.status == two.status == Status.OPTIMAL
-    np.testing.assert_allclose(one.x[-1], two.x[-1], rtol=1e-9)
-
-
-def test_reactions_that_say_nearly_the_same_are_no_unknowns():
-    discs = program(4, norm=False, rank=8)
-    blocks = discs.blocks.copy()
-    blocks[0, 1] = blocks[1, 1] + 1e-9 * blocks[0, 1]
-    assert not replace(discs, blocks=blocks, reactions_from=1).in_reactions
-
-
 @pytest.mark.parametrize("little", [True, False])
 def test_a_program_that_differs_little_shares_the_way_to_its_end(little):
     discs = program(4, norm=True, rank=8)
