@@ -8,7 +8,12 @@ from pathlib import Path
 import click
 
 import shakedown
-from shakedown.models.importing import templates
+from shakedown.models.importing.templates import (
+    import_template,
+    import_template_names,
+    write_import_example,
+    write_import_template,
+)
 from shakedown.report.data_facts import examples_sheet, headline, import_sheet
 from shakedown.report.facts import Sheet
 
@@ -50,7 +55,7 @@ def example(name: str | None, output: Path | None) -> Answer:
 )
 @option(
     "--template",
-    type=click.Choice([*templates.import_template_names(), "example"]),
+    type=click.Choice([*import_template_names(), "example"]),
     help="Show a commented CONFIG.toml to start from (-o writes it); 'example' writes a new folder.",
 )
 def import_command(
@@ -94,10 +99,10 @@ def _write_template(kind: str, config: Path | None, output: Path | None) -> None
     if kind == "example":
         if output is None:
             raise click.UsageError("--template example: expected -o FOLDER")
-        for path in templates.write_import_example(output):
+        for path in write_import_example(output):
             say(f"wrote {path}")
         return
     if output is None:
-        click.echo(templates.import_template(kind), nl=False)
+        click.echo(import_template(kind), nl=False)
     else:
-        say(f"wrote {templates.write_import_template(kind, output)}")
+        say(f"wrote {write_import_template(kind, output)}")
