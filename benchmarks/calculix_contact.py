@@ -11,16 +11,17 @@ import time
 from functools import cache
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import shakedown
 from benchmarks import calculix_peer
 from benchmarks.calculix_cycles import follow, modelled
 from benchmarks.calculix_joints import JOINTS, SIZE, YOUNG, joint
+from benchmarks.display import curve, listed, panels
 from shakedown import Bound
 from shakedown.ground.constants import FloatArray
 from shakedown.motion.evolution import evolve
-from shakedown.report.facts import table
 
 TITLE = "CalculiX with contact and friction against the toolkit"
 QUARTERS = 4  # steps of CalculiX in one cycle
@@ -108,55 +109,46 @@ def verdict(row: dict) -> str:
 def tables(rows: list[dict]) -> str:
     if not rows:
         return f"  {calculix_peer.ABSENT}"
-    compared = [row for row in rows if is_compared(row)]
-    bracketed = [row for row in rows if not is_compared(row)]
-    apart = ["slip_apart", "pressure_apart", "range_apart"]
-    first = [
-        [row["joint"], f"{row['relative']:.2f}", str(row["slope"]), *(f"{row[key]:.1e}" for key in apart)]
-        for row in compared
-    ]
-    second = [
-        [
-            row["joint"], f"{row['limit'][0]:.5f}", f"{row['upper']:.5f}", f"{row['relative']:.3f}",
-            str(row["cycles"]), f"{late(row)[-1]:.1e}", f"{row['own_ranges'][-1]:.1e}", verdict(row),
-        ]
-        for row in bracketed
-    ]  # fmt: skip
-    heads = ["joint", "λ_T", "λ_max", "λ/λ_T", "cycles", "CalculiX", "toolkit", "CalculiX in the second half"]
-    parts = [
-        "largest difference, relative to the largest value; penalty in E / element size",
-        table(
-            ["joint", "λ/λ_T", "penalty", "slip, 1 cycle", "pressure, 1 cycle", "range, last cycle"], first
-        ),
-    ]
-    if second:
-        parts += [
-            "\nlargest slip range in the last cycle, relative to the slip",
-            table(heads, second),
-        ]
-    return "\n".join(parts)
+    compared = {
+        "joint": "{joint}", "λ/λ_T": "{relative:.2f}", "penalty": "{slope}",
+        "slip, 1 cycle": "{slip_apart:.1e}", "pressure, 1 cycle": "{pressure_apart:.1e}",
+        "range, last cycle": "{range_apart:.1e}",
+    }  # fmt: skip
+    bracketed = {
+        "joint": "{joint}", "λ_T": "{limit[0]:.5f}", "λ_max": "{upper:.5f}", "λ/λ_T": "{relative:.3f}",
+        "cycles": "{cycles}", "CalculiX": lambda row: f"{late(row)[-1]:.1e}",
+        "toolkit": lambda row: f"{row['own_ranges'][-1]:.1e}", "CalculiX in the second half": verdict,
+    }  # fmt: skip
+    return (
+        "largest difference, relative to the largest value; penalty in E / element size\n"
+        f"{listed(filter(is_compared, rows), compared)}\n\n"
+        "largest slip range in the last cycle, relative to the slip\n"
+        f"{listed((row for row in rows if not is_compared(row)), bracketed)}"
+    )
 
 
 def figures(rows: list[dict]) -> dict[str, Figure]:
     names = [name for name in JOINTS if any(row["joint"] == name for row in rows)]
     if not names:
         return {}
-    figure = Figure(figsize=(13.0, 3.3 * len(names)), layout="constrained")
-    panels = figure.subplots(len(names), 4, squeeze=False)
-    for axes, name in zip(panels, names, strict=True):
+    figure, axes = panels(4 * len(names), 4, (3.3, 3.3))
+    for k, name in enumerate(names):
         mine = [row for row in rows if row["joint"] == name]
-        compared = sorted((r for r in mine if is_compared(r)), key=lambda row: row["slope"])
-        _along(axes[0], compared[-1], "slip", "slip [nm]", 1e6)
-        _along(axes[1], compared[-1], "pressure", "pressure [MPa]", 1.0)
-        _convergence(axes[2], compared)
-        _cycles(axes[3], mine)
-        axes[0].set_title(f"{name}, after one cycle at {COMPARED[name]} λ_T", fontsize=9, loc="left")
-    panels[0, 2].set_title("differences, relative to the largest value", fontsize=9, loc="left")
-    panels[0, 3].set_title("does it come to rest?", fontsize=9, loc="left")
+        compared = sorted(filter(is_compared, mine), key=lambda row: row["slope"])
+        slip, pressure, differences, cycles = axes[4 * k : 4 * k + 4]
+        _along(slip, compared[-1], "slip", "slip [nm]", 1e6)
+        _along(pressure, compared[-1], "pressure", "pressure [MPa]", 1.0)
+        for key, label in (("slip", "slip"), ("pressure", "pressure"), ("range", "slip range, last cycle")):
+            curve(differences, compared, "slope", f"{key}_apart", label=label)
+        differences.set(xlabel="penalty / (E / element size)", ylabel="difference / largest value")
+        _cycles(cycles, [row for row in mine if not is_compared(row)])
+        slip.set_title(f"{name}, after one cycle at {COMPARED[name]} λ_T", fontsize=9, loc="left")
+        for axis in (slip, pressure, differences, cycles):
+            axis.legend(fontsize=8)
     return {"calculix-contact": figure}
 
 
-def _along(axes, row: dict, key: str, label: str, factor: float) -> None:
+def _along(axes: Axes, row: dict, key: str, label: str, factor: float) -> None:
     """CalculiX and the toolkit along the (first) contact zone."""
     made = joint(row["joint"])
     zone = (made.normals == made.normals[0]).all(axis=1)
@@ -165,30 +157,14 @@ def _along(axes, row: dict, key: str, label: str, factor: float) -> None:
     axes.plot(x, own, "-", color="#0072B2", label="toolkit")
     axes.plot(x, theirs, "o", color="#D55E00", ms=4, mfc="none", label="CalculiX")
     axes.set(xlabel="along the contact [mm]", ylabel=label)
-    axes.legend(fontsize=8)
 
 
-def _convergence(axes, compared: list[dict]) -> None:
-    slopes = [row["slope"] for row in compared]
-    for key, label, marker in (
-        ("slip_apart", "slip", "o-"),
-        ("pressure_apart", "pressure", "s-"),
-        ("range_apart", "slip range, last cycle", "^-"),
-    ):
-        axes.loglog(slopes, [row[key] for row in compared], marker, ms=4, label=label)
-    axes.set(xlabel="penalty / (E / element size)", ylabel="difference")
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize=8)
-
-
-def _cycles(axes, mine: list[dict]) -> None:
+def _cycles(axes: Axes, bracketed: list[dict]) -> None:
+    """Whether it comes to rest: points for CalculiX, lines for the toolkit."""
     floor = AT_REST / 10
-    for k, row in enumerate(row for row in mine if not is_compared(row)):
-        cycles = np.arange(1, row["cycles"] + 1)
-        colour, label = f"C{k}", f"λ = {row['relative']} λ_T"
-        axes.semilogy(cycles, np.maximum(row["own_ranges"], floor), "-", color=colour, lw=0.8)
-        axes.semilogy(cycles, np.maximum(row["ranges"], floor), "o", color=colour, ms=3, label=label)
-    axes.axhline(AT_REST, color="k", lw=0.6, ls=":")
+    for k, row in enumerate(bracketed):
+        cycles, label = np.arange(1, row["cycles"] + 1), f"λ = {row['relative']} λ_T"
+        axes.semilogy(cycles, np.maximum(row["own_ranges"], floor), "-", color=f"C{k}", lw=0.8)
+        axes.semilogy(cycles, np.maximum(row["ranges"], floor), "o", color=f"C{k}", ms=3, label=label)
+    axes.axhline(AT_REST, color="k", lw=0.6, ls=":", label="at rest")
     axes.set(xlabel="cycle", ylabel="slip range / largest slip")
-    if len(mine) > sum(map(is_compared, mine)):
-        axes.legend(fontsize=8, title="points: CalculiX, lines: toolkit", title_fontsize=8)

@@ -19,6 +19,7 @@ from benchmarks.bodies.blocks import cantilevered_block
 from benchmarks.bodies.classical import cylinder_on_flat, press_fit
 from benchmarks.bodies.lap_joint import lap_joint
 from benchmarks.bodies.sphere import sphere_on_flat
+from benchmarks.display import lines, panels
 from benchmarks.lap_joint import WASHER
 from shakedown import Problem, plot, refine
 from shakedown.fem import (
@@ -33,7 +34,6 @@ from shakedown.fem import (
     brick_mesh,
     contact_problem,
 )
-from shakedown.report.facts import table
 from shakedown.studies.refined import Refinement
 
 TITLE = "What converges under mesh refinement"
@@ -180,39 +180,32 @@ def refinements(rows: list[dict[str, Any]]) -> dict[str, Refinement]:
 
 def tables(rows: list[dict[str, Any]]) -> str:
     """Every number of every joint over its meshes, with what it does."""
-    lines = []
+    parts = []
     for joint, found in refinements(rows).items():
-        head = [f"{joint} (λ = {found.load_factor:g})", *map(str, found.nodes), "verdict", "limit", "order"]
+        head = [f"{joint} (λ = {found.load_factor:g})", *map(str, found.nodes), "limit", "order", "verdict"]
         cells = [
             [
                 name,
-                *(f"{value:.4g}" for value in found.numbers[name]),
-                str(trend.verdict),
-                f"{trend.limit:.4g}",
-                f"{trend.order:.2g}",
+                *(f"{x:.4g}" for x in (*found.numbers[name], each.limit, each.order)),
+                str(each.verdict),
             ]
-            for name, trend in found.trends.items()
+            for name, each in found.trends.items()
         ]
-        lines += [table(head, cells), ""]
-    return "\n".join(lines)
+        parts.append(lines(head, cells))
+    return "\n\n".join(parts)
 
 
 def figures(rows: list[dict[str, Any]]) -> dict[str, Figure]:
     """Every number over the nodes of the mesh, joint by joint."""
-    found, lines = refinements(rows), dict[str, Artist]()
-    figure = Figure(figsize=(13, 3.2 * -(-len(found) // 3)), layout="constrained")
-    panels = figure.subplots(-(-len(found) // 3), 3, squeeze=False).ravel()
-    for axes, (joint, each) in zip(panels, found.items(), strict=False):
+    found, named = refinements(rows), dict[str, Artist]()
+    figure, drawn = panels(len(found), 3, (4.3, 3.2))
+    for axes, (joint, each) in zip(drawn, found.items(), strict=True):
         plot.refinement(each, ax=axes)
         axes.set_title(joint, fontsize="medium")
         axes.set_ylabel("")
-        lines |= {
-            label.partition(":")[0]: line
-            for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
-        }
+        for line, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            named[label.partition(":")[0]] = line
         axes.get_legend().remove()
-    for axes in panels[len(found) :]:
-        axes.set_axis_off()
     figure.supylabel("value, by that on the finest mesh; dashed: limit, where it converges")
-    figure.legend(list(lines.values()), list(lines), loc="outside lower center", ncols=4)
+    figure.legend(list(named.values()), list(named), loc="outside lower center", ncols=4)
     return {"refinement": figure}

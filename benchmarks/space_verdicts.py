@@ -14,10 +14,10 @@ import time
 import numpy as np
 
 import shakedown
+from benchmarks.display import listed
 from shakedown import Outcome, Problem, ShakedownError
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.motion.evolution import Evolution
-from shakedown.report.facts import table
 
 TITLE = "Verdicts in space next to λ_E, λ_T and λ_max"
 NEXT_TO = (1e-2, 1e-3, 1e-4, 1e-5)  # relative distance of a load factor from a limit
@@ -138,15 +138,10 @@ def plainly(problem: Problem, load_factor: float) -> Outcome | None:
 
 
 def tables(rows: list[dict]) -> str:
-    lines = []
+    found = []
     for kind in dict.fromkeys(row["kind"] for row in rows):
         chosen = [row for row in rows if row["kind"] == kind]
-        sums = [str(sum(row[key] for row in chosen)) for key in COUNTS[:-1]]
-        longest = max(row["most_cycles"] for row in chosen)
-        lines.append([kind, *sums, str(longest), f"{sum(row['seconds'] for row in chosen):.0f}"])
-    heads = [key.replace("_", " ") for key in COUNTS]
-    return table(["kind", *heads, "processor [s]"], lines)
-
-
-def figures(rows: list[dict]) -> dict:
-    return {}
+        sums = {key: sum(row[key] for row in chosen) for key in (*COUNTS, "seconds")}
+        found.append(sums | {"kind": kind, "most_cycles": max(row["most_cycles"] for row in chosen)})
+    columns = {"kind": "{kind}"} | {key.replace("_", " "): f"{{{key}}}" for key in COUNTS}
+    return listed(found, columns | {"processor [s]": "{seconds:.0f}"})

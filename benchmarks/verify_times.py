@@ -11,13 +11,11 @@ from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from matplotlib.figure import Figure
-
 import shakedown
 from benchmarks.bodies.lap_joint import lap_joint
+from benchmarks.display import listed
 from benchmarks.half_space import half_space
 from shakedown import Problem
-from shakedown.report.facts import table
 from shakedown.report.html import write_report
 
 TITLE = "Real joints: processor time of verify with its report, of the bounds and of maps"
@@ -95,26 +93,9 @@ def _mapped(joint: Problem, load_factor: float, states: int) -> dict:
 
 
 def tables(rows: list[dict]) -> str:
-    headers = [
-        "joint",
-        "pairs",
-        "what",
-        "processor, s",
-        "clock, s",
-        "runs",
-        "open",
-        "disagree",
-    ]
-    return table(headers, [_line(row) for row in rows])
-
-
-def _line(row: dict) -> list[str]:
-    what = f"{row['what']}, {row['states']:,} states" if "states" in row else row["what"]
-    seconds = [f"{row[key]:.3g}" for key in ("processor", "clock")]
-    rest = [str(row.get(key, "-")) for key in ("runs", "open", "disagreements")]
-    return [row["joint"], str(row["pairs"]), what, *seconds, *rest]
-
-
-def figures(_: list[dict]) -> dict[str, Figure]:
-    """None: the table says it."""
-    return {}
+    columns = {
+        "joint": "{joint}", "pairs": "{pairs}", "what": "{what}", "states": "{states:,}",
+        "processor, s": "{processor:.3g}", "clock, s": "{clock:.3g}", "runs": "{runs}", "open": "{open}",
+        "disagree": "{disagreements}",
+    }  # fmt: skip
+    return listed(rows, columns)
