@@ -1,9 +1,6 @@
 """Random joints of every kind that the commands take, each from its own seed."""
 
-from dataclasses import replace
-
 import numpy as np
-from scipy.linalg import block_diag
 
 from shakedown import Problem
 from shakedown.ground.constants import FloatArray
@@ -15,7 +12,6 @@ STIFFNESSES = ("dense", "whole", "decades", "floating", "dense", "uncoupled")
 STIFFNESSES_IN_SPACE = ("dense", "floating", "anisotropic", "dense", "decades", "whole", "uncoupled")
 COUPLINGS = (1.0, 0.3, 1.0, 0.05, 0.0)
 MEAN_PRESSURES = (4.0, 4.0, 1.5, 0.3)  # of a load of size 1: pressed together, opening now and then
-FORCES = ("q_w", "p_w", "q_mean", "p_mean")
 LOADS = ("plain", "plain", "plain", "plain", "one at rest", "no tangential", "constant", "unloaded")
 
 
@@ -142,48 +138,3 @@ def _places(n: int, d: int) -> FloatArray:
     """Where the nodes stand: in a row, or two rows in space."""
     row = np.arange(n, dtype=float)
     return row if d == 1 else np.column_stack([row // 2, row % 2])
-
-
-def pair(joint: str, number: int, decades: int) -> list[Problem]:
-    """Two drawn joints with as many load steps, the second one in other units."""
-    drawn = drawn_joint if joint == "plane" else drawn_joint_in_space
-    found = [drawn(9, 2 * number + k) for k in (0, 1)]
-    m, normal = min(each.m for each in found), all(each.C is not None for each in found)
-    first, second = (_cut(each, m, normal) for each in found)
-    length, force = 10.0**decades, 10.0**decades if number % 2 else 1.0
-    return [first, in_units(second, length, force)]
-
-
-def _cut(problem: Problem, m: int, normal: bool) -> Problem:
-    """A joint with the first load steps of its loop alone, and their mean where it has none of its own."""
-    q_w, p_w = problem.q_w[:m], problem.p_w[:m]
-    return Problem(
-        A=problem.A,
-        B=problem.B,
-        C=problem.C if normal else None,
-        f=problem.f,
-        q_w=q_w,
-        p_w=p_w,
-        q_mean=q_w.mean(axis=0) if problem.q_mean is None else problem.q_mean,
-        p_mean=p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean,
-    )
-
-
-def in_units(problem: Problem, length: float, force: float) -> Problem:
-    """A joint whose lengths and forces are so many times as large."""
-    stiffness = {key: getattr(problem, key) for key in ("A", "B", "C")}
-    loads = {key: force * getattr(problem, key) for key in FORCES}
-    return replace(
-        problem,
-        **{key: None if block is None else force / length * block for key, block in stiffness.items()},
-        **loads,
-    )
-
-
-def joined(parts: list[Problem]) -> Problem:
-    """One joint of several that nothing couples."""
-    stiffness = {key: [getattr(part, key) for part in parts] for key in ("A", "B", "C")}
-    return Problem(
-        **{key: None if blocks[0] is None else block_diag(*blocks) for key, blocks in stiffness.items()},
-        **{key: np.concatenate([getattr(part, key) for part in parts], axis=-1) for key in ("f", *FORCES)},
-    )

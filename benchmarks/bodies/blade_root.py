@@ -11,7 +11,6 @@ from benchmarks.implicit_steps import ImplicitSteps
 from shakedown import Problem
 from shakedown.fem import BodyForce, ElasticBody, Force, Material, Support, Traction, contact_problem
 from shakedown.ground.constants import FloatArray
-from shakedown.ground.errors import UsageError
 from shakedown.joint.constraints import loading
 
 # Heights of the bottom, the flanks' ends, the slot's rim and the tip, and half of the thickness there.
@@ -67,11 +66,6 @@ def blade_root(
     (24, 2, ('bodyforce', 'force', 'traction'))
     """
     flank, slot = elements
-    if min(flank, slot, steps - 3) < 1 or not overspeed >= 1:
-        raise UsageError(
-            "blade_root: expected >= 1 elements along a flank and along the slot, >= 4 load steps and an "
-            f"overspeed >= 1, found {flank}, {slot}, {steps}, {overspeed}"
-        )
     steel = Material(YOUNG, 0.3)
     weight = DENSITY * (2 * np.pi * speed / 60) ** 2 * RADIUS
     second_moment = 2 * HALVES[-1] * DEPTH**3 / 12

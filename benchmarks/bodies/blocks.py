@@ -10,7 +10,6 @@ from benchmarks.bodies.bolted_flange import bolted_flange
 from benchmarks.bodies.classical import cylinder_on_flat, press_fit
 from shakedown import Problem, example
 from shakedown.fem import ElasticBody, Material, Pressure, Support, block_mesh, contact_problem
-from shakedown.ground.errors import UsageError
 
 
 def receding_block(
@@ -55,11 +54,6 @@ def receding_block(
     >>> block.n, block.m, block.q_transient.shape
     (17, 2, (2, 17))
     """
-    if refinement < 1 or steps < 2 or steps % 2 or first_loading < 1 or not 0 <= unloading < 1:
-        raise UsageError(
-            "receding_block: expected refinement >= 1, an even number of steps >= 2, first_loading >= 1 "
-            f"and 0 <= unloading < 1, found {refinement}, {steps}, {first_loading}, {unloading}"
-        )
     half = 2.0
     width, left = (half, 0.0) if symmetric else (2 * half, -half)
     mesh = block_mesh(width, 1.0, round(4 * width) * refinement, 4 * refinement, origin=(left, 0.0))
@@ -118,11 +112,6 @@ def cantilevered_block(
     >>> cantilevered_block().n
     9
     """
-    if refinement < 1 or not 0 < angle <= np.pi / 2 or not 0 <= strip[0] < strip[1]:
-        raise UsageError(
-            "cantilevered_block: expected refinement >= 1, 0 < angle <= pi/2 and an ascending strip, "
-            f"found {refinement}, {angle}, {strip}"
-        )
     block = block_mesh(4.5, 1.0, 36 * refinement, 8 * refinement)
     x, y = block.p
     slanted = np.vstack([x * (1 + (y - 0.5) / np.tan(angle) / 4.5), y])

@@ -8,7 +8,6 @@ from skfem import MeshQuad
 from shakedown import Problem
 from shakedown.fem import Displacement, ElasticBody, Material, Support, Traction, block_mesh, contact_problem
 from shakedown.ground.constants import FloatArray
-from shakedown.ground.errors import UsageError
 
 HOLE, FIT, OUTSIDE = 0.4, 1.0, 2.0  # radii of the press fit [length]
 
@@ -49,10 +48,6 @@ def press_fit(
     >>> press_fit().n
     9
     """
-    if refinement < 1 or not interference > 0:
-        raise UsageError(
-            f"press_fit: expected refinement >= 1 and an interference > 0, found {refinement}, {interference}"
-        )
     material, along = Material(young, poisson), 8 * refinement
     traction = Traction(
         "outside",
@@ -138,11 +133,6 @@ def cylinder_on_flat(
     >>> cylinder_on_flat().n
     13
     """
-    if refinement < 1 or steps < 4 or first_loading < 1 or not approach > 0:
-        raise UsageError(
-            "cylinder_on_flat: expected refinement >= 1, approach > 0, steps >= 4 and first_loading >= 1, "
-            f"found {refinement}, {approach}, {steps}, {first_loading}"
-        )
     side, depth = _graded(refinement), _graded(refinement, start=0.0)
     across = np.concatenate(
         [-side[::-1], np.linspace(-CANDIDATE, CANDIDATE, 12 * refinement + 1)[1:-1], side]

@@ -1,4 +1,4 @@
-"""A sphere on a flat, pushed to and fro (Hertz, Cattaneo, Mindlin) or rolled under a force (Wetter, Popov).
+"""A sphere on a flat, pushed to and fro (Hertz, Cattaneo, Mindlin).
 
 Two elastic half-spaces of the same material, so that pressure and shear are not coupled (B = 0). The units
 are the normal force, the radius of the contact under it and Young's modulus: all three are 1.
@@ -13,12 +13,7 @@ import numpy as np
 from benchmarks.bodies.patch_compliance import mean_half_space_compliance
 from shakedown import Problem
 from shakedown.ground.constants import FloatArray
-from shakedown.ground.errors import UsageError
 
-SKEW = 0.4  # rad, of the squares against the way of the contact
-TURN = np.array([[np.cos(SKEW), np.sin(SKEW)], [-np.sin(SKEW), np.cos(SKEW)]])
-FIRST_LOADING = 4  # load steps in which the tangential force is put on, before rolling
-MARGIN = 1.0  # squares beyond Hertz's disc that may still touch, in sizes
 CHORD = np.deg2rad(12.0)  # longest arc that a straight edge stands for
 SECTORS = 6  # of the first ring; the k-th has k times as many
 
@@ -47,11 +42,6 @@ def sphere_on_flat(
     poisson
         Of both bodies [–].
 
-    Raises
-    ------
-    UsageError
-        If there is no ring, or ``shear`` or ``f`` is not positive.
-
     Examples
     --------
     >>> joint = sphere_on_flat(2, shear=0.6, direction=0.4)
@@ -61,12 +51,8 @@ def sphere_on_flat(
     >>> (-forces[1] / 0.3).round(6)  # of f N = 0.5
     array([0.921061, 0.389418])
     """
-    if rings < 1 or not (shear > 0 and f > 0):
-        raise UsageError(
-            f"sphere_on_flat: expected rings >= 1, shear > 0 and f > 0, found {rings}, {shear}, {f}"
-        )
     patches, edges = disc_patches(rings)
-    along, _ = _bodies(patches, poisson)
+    along, _ = half_spaces(patches, poisson)
     share = np.diff(_within(edges))
     counts = np.array([1, *(SECTORS * k for k in range(1, rings + 1))])
     force = shear * f * np.array([np.cos(direction), np.sin(direction)])
@@ -106,96 +92,6 @@ def disc_patches(rings: int) -> tuple[list[FloatArray], FloatArray]:
             arc = stretch * np.column_stack([np.cos(angle), np.sin(angle)])
             found.append(np.concatenate([inner * arc[::-1], outer * arc]) if k else outer * arc[:-1])
     return found, edges
-
-
-def rolling_sphere(
-    size: float = 0.25, *, amplitude: float = 0.3, shear: float = 0.5, direction: float = 0.0, f: float = 0.5,
-    poisson: float = 0.3, steps: int = 8,
-) -> Problem:  # fmt: skip
-    """A sphere rolled to and fro under a constant tangential force (Wetter, Popov); similar materials.
-
-    Square patches are laid over all that the contact reaches, askew, so that no line of them meets the
-    contact's edge at once; which of them touch follows from the gaps, whose lowest place rolls along x as
-    ``amplitude`` · sin over the period, from its middle. Transient load steps put the tangential force on
-    before. All loads are those of load factor 1. Where the tangential force exceeds :func:`rolling_limit`
-    · f N, the sphere creeps on with every period (in the limit of small squares).
-
-    Parameters
-    ----------
-    size
-        Edge of the squares, over the contact's radius.
-    amplitude
-        w/a: how far the contact's middle goes to either side, over its radius.
-    shear
-        Tangential force over f N [–].
-    direction
-        Of the tangential force, from the direction of rolling [rad].
-    f, poisson
-        Friction coefficient; Poisson's ratio of both bodies [–].
-    steps
-        Load steps of a period, a multiple of four: the farthest places are among them.
-
-    Raises
-    ------
-    UsageError
-        If an argument is out of range.
-
-    Examples
-    --------
-    >>> joint = rolling_sphere(0.5, amplitude=0.2)
-    >>> joint.n, joint.directions, joint.m
-    (35, 2, 8)
-    """
-    if not (0 < size <= 1 and amplitude >= 0 and shear >= 0 and f > 0) or steps < 4 or steps % 4:
-        raise UsageError(
-            "rolling_sphere: expected 0 < size <= 1, amplitude >= 0, shear >= 0, f > 0 and steps a multiple "
-            f"of 4, found {size}, {amplitude}, {shear}, {f}, {steps}"
-        )
-    centres = _squares(size, amplitude)
-    square = size / 2 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) @ TURN
-    along, across = _bodies([centre + square for centre in centres], poisson)
-    places = amplitude * np.sin(2 * np.pi * np.arange(steps) / steps)
-    curvature = 1.5 * (1 - poisson**2)  # 1/R = 3 N/4 E* a³, E* = E/2(1 − ν²)
-    gaps = [
-        ((centres - [place, 0.0]) ** 2).sum(axis=1) * curvature / 2 + size**2 * curvature / 12
-        for place in places
-    ]
-    pressed = across.reactions[:, 0] - np.array(gaps) @ across.stiffness  # symmetric
-    sheared = -along.reactions @ (shear * f * np.array([np.cos(direction), np.sin(direction)]))
-    n, first = len(centres), np.linspace(0.0, 1.0, FIRST_LOADING + 1)
-    return Problem(
-        A=along.stiffness, B=np.zeros((n, 2 * n)), C=across.stiffness, f=f,
-        q_w=np.tile(sheared, (steps, 1)), p_w=pressed,
-        q_transient=np.outer(first, sheared), p_transient=np.tile(pressed[0], (len(first), 1)),
-        x=centres, node_area=np.full(n, size**2), name="rolled sphere",
-    )  # fmt: skip
-
-
-def _squares(size: float, amplitude: float) -> FloatArray:
-    """Centres of the squares that the unit disc reaches on its way, or nearly."""
-    reach = int(np.ceil((1 + amplitude) / size)) + 2
-    line = size * np.arange(-reach, reach + 1)
-    centres = np.array([(x, y) for y in line for x in line]) @ TURN
-    beside = np.maximum(np.abs(centres[:, 0]) - amplitude, 0.0)
-    return centres[np.hypot(beside, centres[:, 1]) < 1 + MARGIN * size]
-
-
-def rolling_limit(amplitude: float) -> float:
-    """Largest tangential force over f N that a sphere rolled by ±w holds in the end: 1 − 3w/2a + w³/2a³.
-
-    The integral of the least pressure that Hertz's has at each place over the period: once nothing slips the
-    tractions stay as they are, below f times that, and where shear and pressure are not coupled tractions
-    that find room there are reached (Melan; docs/space.md, half-spaces). Wetter and Popov found it by their
-    reduction to one dimension (Shakedown limits for an oscillating, elastic rolling contact with Coulomb
-    friction). 0 from w = a on.
-
-    Examples
-    --------
-    >>> rolling_limit(0.0), rolling_limit(0.5), rolling_limit(1.0)
-    (1.0, 0.3125, 0.0)
-    """
-    w = min(amplitude, 1.0)
-    return 1.0 - 1.5 * w + 0.5 * w**3
 
 
 @dataclass(frozen=True)
@@ -278,7 +174,7 @@ def _floating(compliance: FloatArray, translations: FloatArray) -> _Floating:
     return _Floating(np.asarray(0.5 * (found + found.T)), np.asarray(reactions))
 
 
-def _bodies(patches: list[FloatArray], poisson: float) -> tuple[_Floating, _Floating]:
+def half_spaces(patches: list[FloatArray], poisson: float) -> tuple[_Floating, _Floating]:
     """Two half-spaces of the same material, along and across the contact: not coupled, twice as compliant."""
     one = mean_half_space_compliance(patches, poisson=poisson)
     n = len(patches)

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from uncoupled_parts import in_units, joined, pair
 
 import shakedown
-from benchmarks.drawn_joints import in_units, joined, pair
 
 LIMITS = {
     "λ_U": shakedown.universal_bound,

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from dovetail import dovetail
 
 import shakedown
-from benchmarks.bodies.dovetail import dovetail
 from shakedown import UsageError
 
 

@@ -6,10 +6,10 @@ import json
 import meshlane
 import numpy as np
 import pytest
+from dovetail import dovetail
 
 import shakedown
 from benchmarks.bodies.classical import press_fit
-from benchmarks.bodies.dovetail import dovetail
 from shakedown.fem import (
     ElasticBody,
     Material,

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
+from rolling_sphere import rolling_limit, rolling_sphere
 
 import shakedown
 from benchmarks.bodies.sphere import (
     disc_patches,
-    rolling_limit,
-    rolling_sphere,
     sphere_contact,
     sphere_on_flat,
 )

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from dovetail import dovetail
 
 from benchmarks.bodies.blocks import receding_block
-from benchmarks.bodies.dovetail import dovetail
 from shakedown.fem import ElasticBody, Material, Pressure, Support, block_mesh, contact_problem
 
 

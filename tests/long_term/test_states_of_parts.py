@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from joints import FAMILY, member, walking
 from joints_in_space import embedded
+from uncoupled_parts import in_units, joined, pair
 
 import shakedown
-from benchmarks.drawn_joints import in_units, joined, pair
 from shakedown import Outcome, Problem
 from shakedown.long_term.find_state import long_term_states
 from shakedown.long_term.node_results import node_results

@@ -9,7 +9,6 @@ from skfem import MeshQuad
 from shakedown import Problem
 from shakedown.fem import ElasticBody, Material, Support, Traction, block_mesh, contact_problem
 from shakedown.ground.constants import FloatArray
-from shakedown.ground.errors import UsageError
 
 OUTER = 2.5  # half-width of the slot's walls; the root is 2 wide at the bottom and 1 high
 
@@ -46,10 +45,6 @@ def dovetail(
     >>> dovetail().n
     26
     """
-    if refinement < 1 or not 0 < slope < 0.9:
-        raise UsageError(
-            f"dovetail: expected refinement >= 1 and 0 < slope < 0.9, found {refinement}, {slope}"
-        )
 
     def half(y: FloatArray) -> FloatArray:
         return np.asarray(1.0 - slope * y)
