@@ -1,10 +1,8 @@
-"""Loops, damping and stiffness over amplitude: closed forms, Betti's theorem, Masing's rule, fixed steps.
+"""Loops, damping and stiffness over amplitude: closed forms, Masing's rule, fixed steps.
 
 - ``row``: Jenkins elements side by side on a bar, limits spread evenly (Iwan): exact sums, to round-off
 - ``bar``: a bar on a frictional foundation, pulled at its end (Menq; Gaul): D = 2 F³ / (3 EA τ)
 - ``sphere``: Cattaneo and Mindlin on discs of patches, displacement and dissipation of a cycle
-- ``betti``: random joints in the plane and in space, loads out of phase, nodes that open: areas of loops
-  against what the path dissipates
 - ``rule``: a block on a floor, where slip and pressure are coupled: Masing's rule on the first loading,
   and Gauss-Seidel at fixed load steps, against the exact curve
 """
@@ -19,7 +17,7 @@ import shakedown
 from benchmarks.bodies.patch_compliance import mean_half_space_compliance
 from benchmarks.bodies.sphere import disc_patches, sphere_contact, sphere_on_flat
 from benchmarks.display import curve, listed, panels
-from shakedown import LoadCase, Problem, conjugate_displacement, damping
+from shakedown import Problem, conjugate_displacement, damping
 from shakedown.fem import (
     ElasticBody,
     Force,
@@ -28,17 +26,9 @@ from shakedown.fem import (
     block_mesh,
     contact_problem,
 )
-from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.motion.evolution import evolve
 
 TITLE = "Damping over amplitude: closed forms, Masing's rule, fixed steps"
-STEPS = 12
-KINDS = {
-    "plane": (3, 1, 3.0),
-    "plane, opening": (4, 1, 0.7),
-    "space": (2, 2, 3.0),
-    "space, opening": (3, 2, 0.7),
-}
 REACHES = (1.35, 1.38, 1.42, 1.46, 1.5, 1.54, 1.58)  # amplitudes: at rest up to 1.34, slides away at 1.6
 PARTS = (8, 32, 128, 512)  # load steps of a period
 
@@ -47,13 +37,12 @@ def cases(short: bool) -> list[dict]:
     rows = [{"part": "row", "n": 40}]
     rows += [{"part": "bar", "n": n} for n in ((10, 20) if short else (10, 20, 40, 80, 160))]
     rows += [{"part": "sphere", "n": rings} for rings in ((2, 3) if short else (3, 5, 8))]
-    rows += [{"part": "betti", "kind": kind, "n": 3 if short else 50} for kind in KINDS]
     return [*rows, {"part": "rule", "n": 8 if short else 24}]
 
 
 def measure(case: dict) -> dict:
     began = time.process_time()
-    found = {"row": _row, "bar": _bar, "sphere": _sphere, "betti": _betti, "rule": _rule}
+    found = {"row": _row, "bar": _bar, "sphere": _sphere, "rule": _rule}
     row = found[case["part"]](case)
     return row | {"seconds": time.process_time() - began}
 
@@ -108,37 +97,6 @@ def _sphere(case: dict) -> dict:
     found = loops.displacement, loops.dissipation
     errors = [_rms(one, np.array(other)) for one, other in zip(found, exact, strict=True)]
     return {"patches": joint.n, "errors": errors}
-
-
-def _betti(case: dict) -> dict:
-    """The largest difference of loop areas and dissipation per cycle, over joints that cycle."""
-    n, d, press = KINDS[case["kind"]]
-    rng, errors, opened = np.random.default_rng(d * 10 + n), [], 0
-    while len(errors) < case["n"]:
-        joint = random_structure(rng, n, d, press)
-        state = shakedown.long_term_state(joint, 1.0)
-        if state.period and state.outcome != "ratchetting" and state.dissipation_per_cycle > 0:
-            area = load_loops(joint, state).areas.sum() / state.period
-            errors.append(float(abs(area / state.dissipation_per_cycle - 1)))
-            opened += bool(state.opened.any())
-    return {"errors": [max(errors), float(np.median(errors))], "opening": opened}
-
-
-def random_structure(rng: np.random.Generator, n: int, d: int, press: float) -> Problem:
-    """A random elastic body on n nodes under two forces and a displacement out of phase, and a pressure."""
-    size = (d + 1) * n + 5
-    root, t = rng.normal(size=(size, size)), np.arange(STEPS) / STEPS
-    dofs = [(i + 1, k + 1) for i in range(n) for k in range(d + 1)] + [(100 + i, 1) for i in range(5)]
-    waves = [np.sin(2 * np.pi * (t - rng.random())) * rng.uniform(1, 3) for _ in range(3)]
-    held, down, forces = np.eye(size)[-1], np.zeros(size), rng.normal(size=(2, size))
-    forces[:, -1] = 0.0
-    down[d : (d + 1) * n : d + 1] = -press
-    loads = [LoadCase(history=wave, force=force) for wave, force in zip(waves, forces, strict=False)]
-    loads += [LoadCase(history=0.5 * waves[2], displacement=held), LoadCase(history=1.0, force=down)]
-    return shakedown.condense(
-        root @ root.T / size + np.eye(size), dofs, range(1, n + 1), np.eye(d + 1)[d], loads, 0.3,
-        fixed=[size - 1], allow_sparse=True,
-    )  # fmt: skip
 
 
 def block(elements: int, steps: int) -> Problem:
@@ -209,10 +167,10 @@ def of_part(rows: list[dict], part: str) -> list[dict]:
 
 def tables(rows: list[dict]) -> str:
     errors = {
-        "part": "{part}", "kind": "{kind}", "n": "{n}", "displ.": "{errors[0]:.1e}",
+        "part": "{part}", "n": "{n}", "displ.": "{errors[0]:.1e}",
         "diss.": "{errors[1]:.1e}", "s": "{seconds:.1f}",
     }  # fmt: skip
-    text = "Relative errors of displacement and dissipation; of betti: largest and median of the areas\n"
+    text = "Relative errors of displacement and dissipation\n"
     text += listed([row for row in rows if "errors" in row], errors)
     for part in ("bar", "sphere"):
         if len(found := of_part(rows, part)) > 1:
