@@ -1,10 +1,10 @@
 """Joints in CalculiX: their matrices, of which problems are made, and cycles with contact and friction."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,7 @@ from shakedown.models.readers.formats import read_stiffness
 from shakedown.models.readers.stiffness import Stiffness
 
 
-@dataclass(frozen=True, eq=False)
-class Modelled:
+class Modelled(NamedTuple):
     """The problem of a joint, and the sense of its slips: +1 along the axis of the contact, or −1, (n,)."""
 
     problem: Problem
@@ -51,21 +50,11 @@ def _on_rows(matrix: Stiffness, values: Values) -> FloatArray:
     return total
 
 
-@dataclass(frozen=True, eq=False)
-class Followed:
-    """What CalculiX finds at the end of the assembly and of every quarter of every cycle.
+class Followed(NamedTuple):
+    """What CalculiX finds at the end of the assembly and of every quarter of every cycle."""
 
-    Attributes
-    ----------
-    slip : (s, n)
-        Slips of the free body along the axis of the contact, without the elastic part that the
-        stick slope lets through [length].
-    pressure : (s, n)
-        Contact pressures [force / length²].
-    """
-
-    slip: FloatArray
-    pressure: FloatArray
+    slip: FloatArray  # (s, n): of the free body along the contact, without what the stick slope lets through
+    pressure: FloatArray  # (s, n) [force / length²]
 
 
 def follow(name: str, load_factor: float, slope: float, cycles: int) -> Followed:

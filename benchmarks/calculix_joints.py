@@ -12,8 +12,8 @@ loads are so small that the surfaces do not turn; what matters is their ratio.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,21 +32,12 @@ WEDGES = 180.0  # of 2° in a ring
 HELD = "HELD"
 
 
-@dataclass(frozen=True, eq=False)
-class Block:
-    """A rectangle of square elements: its node numbers and its element numbers, bottom row first.
+class Block(NamedTuple):
+    """A rectangle of square elements, bottom row first."""
 
-    Attributes
-    ----------
-    nodes, elements
-        Numbers, (rows + 1, columns + 1) and (rows, columns).
-    corner
-        Lower left corner [length].
-    """
-
-    nodes: Labels
-    elements: Labels
-    corner: tuple[float, float]
+    nodes: Labels  # numbers, (rows + 1, columns + 1)
+    elements: Labels  # numbers, (rows, columns)
+    corner: tuple[float, float]  # the lower left one [length]
 
     def places(self) -> FloatArray:
         """Coordinates of the nodes, row by row, (k, 2)."""
@@ -71,50 +62,21 @@ def block(first: int, corner: tuple[float, float], columns: int, rows: int) -> B
     return Block(nodes, first + np.arange(rows * columns).reshape(rows, columns), corner)
 
 
-@dataclass(frozen=True, eq=False)
-class Joint:
-    """A joint in two contact zones or one: the deck, the pairs, the loads.
+class Joint(NamedTuple):
+    """A joint in two contact zones or one: the deck, the pairs, the loads."""
 
-    Attributes
-    ----------
-    model
-        Lines of the deck up to the supports.
-    faces
-        Slave and master faces of every contact zone, as ``element, face`` lines.
-    pairs : (n, 2)
-        Nodes of the free body and of the held ones.
-    normals : (n, 2)
-        Into the free body.
-    places : (n, 2)
-        Where the pairs are [length].
-    area : (n,)
-        Area that each stands for [length²].
-    assembly
-        Lines of the load that is brought on first and stays.
-    forces, shrinkage
-        The same as forces, and as displacements of bodies that are free to shrink:
-        ``{(node, direction): value}``.
-    moved
-        The load that goes to and fro, as forces at load factor 1.
-    wedges
-        How many times the matrix is to be taken.
-    tangent
-        Which of CalculiX's two tangential directions lies in the plane, and its sense: +1 along
-        the axis, −1 against it.
-    """
-
-    model: tuple[str, ...]
-    faces: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]
-    pairs: Labels
-    normals: FloatArray
-    places: FloatArray
-    area: FloatArray
-    assembly: tuple[str, ...]
-    forces: Values
-    shrinkage: Values
-    moved: Values
-    wedges: float
-    tangent: tuple[int, int]
+    model: tuple[str, ...]  # lines of the deck up to the supports
+    faces: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]  # "element, face" of slaves, masters per zone
+    pairs: Labels  # (n, 2): nodes of the free body and of the held ones
+    normals: FloatArray  # (n, 2): into the free body
+    places: FloatArray  # (n, 2): where the pairs are [length]
+    area: FloatArray  # (n,): that each stands for [length²]
+    assembly: tuple[str, ...]  # lines of the load that is brought on first and stays
+    forces: Values  # the same as forces,
+    shrinkage: Values  # and as displacements of bodies that are free to shrink
+    moved: Values  # the load that goes to and fro, as forces at load factor 1
+    wedges: float  # how many times the matrix is to be taken
+    tangent: tuple[int, int]  # which of CalculiX's two tangential directions is in the plane, and its sense
 
 
 def _each(nodes: Labels, direction: int, value: float) -> Values:

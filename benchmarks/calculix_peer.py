@@ -4,10 +4,10 @@ import os
 import shutil
 import subprocess
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,20 +34,11 @@ def run(folder: Path, name: str, deck: Iterable[str]) -> None:
         raise RuntimeError(f"{name}.inp: ccx ended with {done.returncode}: … {said[-400:]}")
 
 
-@dataclass(frozen=True, eq=False)
-class Printed:
-    """What CalculiX prints at the end of every step, at given places of the contact.
+class Printed(NamedTuple):
+    """What CalculiX prints at the end of every step, at given places of the contact."""
 
-    Attributes
-    ----------
-    motion : (s, k, 3)
-        Relative displacement: normal, and two tangential directions [length].
-    stress : (s, k, 3)
-        Contact pressure and two shear stresses [force / length²].
-    """
-
-    motion: FloatArray
-    stress: FloatArray
+    motion: FloatArray  # (s, k, 3): relative displacement, normal and in two tangential directions [length]
+    stress: FloatArray  # (s, k, 3): contact pressure and two shear stresses [force / length²]
 
 
 def printed(folder: Path, name: str, places: FloatArray) -> Printed:

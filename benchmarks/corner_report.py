@@ -1,7 +1,7 @@
 """What happens where two nodes are at their limits at once and cannot simply slip (thesis chapter VI)."""
 
-from dataclasses import dataclass
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,88 +10,39 @@ from scipy.linalg import eigvals
 from shakedown import Problem
 from shakedown.ground.constants import FloatArray
 
+Complex = NDArray[np.complex128]
 OPEN = 2  # the state of a node that is open, as in an EventHistory
 
 
-@dataclass(frozen=True)
-class CornerEnd:
-    """Where a viscous motion from a corner ends if one node opens and the other goes on slipping.
+class CornerEnd(NamedTuple):
+    """Where a viscous motion from a corner ends if one node opens and the other goes on slipping."""
 
-    Attributes
-    ----------
-    node
-        The node that opens: its pressure is used up first.
-    G : (3, 3)
-        ∂(out of balance)/∂(v₀, v₁, w of the open node) (6.55) [force/length].
-    P : (3,)
-        P*, what is out of balance at the corner once the node is free (6.55) [force].
-    eigenvalues : (3,)
-        Of −G (6.56); stable where all real parts are negative.
-    change : (3,)
-        G⁻¹P*, from the corner to the end (6.59) [length].
-    slip, gap : (2,)
-        End state (6.60) [length].
-    contact
-        States of the two nodes there: ±1 backward, forward slip, 2 open.
-    possible
-        Whether the end obeys the contact law and the motion towards it is stable.
-    """
-
-    node: int
-    G: FloatArray
-    P: FloatArray
-    eigenvalues: NDArray[np.complex128]
-    change: FloatArray
-    slip: FloatArray
-    gap: FloatArray
-    contact: tuple[int, int]
-    possible: bool
+    node: int  # that opens: its pressure is used up first
+    G: FloatArray  # (3, 3): ∂(out of balance)/∂(v₀, v₁, w of the open node) (6.55) [force/length]
+    P: FloatArray  # (3,): P*, what is out of balance at the corner once the node is free (6.55) [force]
+    eigenvalues: Complex  # (3,): of −G (6.56); stable where all real parts are negative
+    change: FloatArray  # (3,): G⁻¹P*, from the corner to the end (6.59) [length]
+    slip: FloatArray  # (2,): end state (6.60) [length]
+    gap: FloatArray  # (2,)
+    contact: tuple[int, int]  # states of the two nodes there: ±1 backward, forward slip, 2 open
+    possible: bool  # whether the end obeys the contact law and the motion towards it is stable
 
 
-@dataclass(frozen=True)
-class CornerReport:
-    """Result of :func:`corner_report`.
+class CornerReport(NamedTuple):
+    """Result of :func:`corner_report`."""
 
-    Attributes
-    ----------
-    sides
-        The limits of the two nodes, +1 backward (q = f p), −1 forward (q = −f p).
-    slip : (2,)
-        Their slips at the corner (6.15), (6.16) [length].
-    q, p : (2,)
-        Their reactions there [force].
-    H : (2, 2)
-        Rate of a small perturbation while both slip, δv̇ = H δv (6.50).
-    eigenvalues : (2,)
-        Of H, in increasing order of their real parts (6.51).
-    eigenvectors : (2, 2)
-        One per row, of length 1 (6.52). The sign is such that the first node moves in
-        the direction in which it slips.
-    coefficients : (2, 2)
-        δv̇(0) = coefficients · a for a perturbation Σ a_k x_k exp(λ_k t). It is admissible
-        where both nodes move as they slip, −sides · δv̇(0) > 0 (6.54).
-    grows
-        Whether an admissible perturbation grows: the state leaves the corner by itself.
-    opening_node
-        The node whose pressure that growth uses up first; −1 where there is none.
-    end
-        Where the motion ends after that; None without an opening node.
-    both_open : (2,)
-        Gaps that the two nodes would have without any contact (6.17) [length].
-    """
-
-    sides: tuple[int, int]
-    slip: FloatArray
-    q: FloatArray
+    sides: tuple[int, int]  # the limits of the nodes, +1 backward (q = f p), −1 forward (q = −f p)
+    slip: FloatArray  # (2,): their slips at the corner (6.15), (6.16) [length]
+    q: FloatArray  # (2,): their reactions there [force]
     p: FloatArray
-    H: FloatArray
-    eigenvalues: NDArray[np.complex128]
-    eigenvectors: NDArray[np.complex128]
-    coefficients: NDArray[np.complex128]
-    grows: bool
-    opening_node: int
-    end: CornerEnd | None
-    both_open: FloatArray
+    H: FloatArray  # (2, 2): rate of a small perturbation while both slip, δv̇ = H δv (6.50)
+    eigenvalues: Complex  # (2,): of H, in increasing order of their real parts (6.51)
+    eigenvectors: Complex  # (2, 2): one per row, of length 1, the first node moving as it slips (6.52)
+    coefficients: Complex  # (2, 2): δv̇(0) = coefficients · a for a perturbation Σ a_k x_k exp(λ_k t)
+    grows: bool  # whether an admissible perturbation grows: the state leaves the corner by itself
+    opening_node: int  # whose pressure that growth uses up first; −1 where there is none
+    end: CornerEnd | None  # where the motion ends after that; None without an opening node
+    both_open: FloatArray  # (2,): gaps that the nodes would have without any contact (6.17) [length]
 
     @property
     def both_open_possible(self) -> bool:
@@ -150,7 +101,7 @@ def corner_report(
     )
 
 
-def _modes(H: FloatArray, sides: tuple[int, int]) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+def _modes(H: FloatArray, sides: tuple[int, int]) -> tuple[Complex, Complex]:
     """Eigenvalues and eigenvectors (rows) of H; each vector moves the first node as it slips."""
     values, columns = np.linalg.eig(H.astype(complex))
     order = np.argsort(values.real, kind="stable")

@@ -12,6 +12,7 @@ from itertools import product
 
 import numpy as np
 
+from benchmarks.rational_reference import solve_fractions
 from shakedown import Problem
 from shakedown.ground.constants import FloatArray
 from shakedown.joint.constraints import loading
@@ -151,28 +152,14 @@ def _moving(kappa: list[Vector], f: Vector, welded: Vector, states: tuple[str, .
         elif state == OPEN:
             unknown += [i, n + i]
             equations += [(kappa[i], -welded[i]), (kappa[n + i], -welded[n + i])]
-    solution = _solved([[row[j] for j in unknown] + [right] for row, right in equations])
+    matrix = [[row[j] for j in unknown] for row, _ in equations]
+    solution = solve_fractions(matrix, [right for _, right in equations])
     if solution is None:
         return None
     motion = [Fraction(0)] * (2 * n)
     for j, x in zip(unknown, solution, strict=True):
         motion[j] = x
     return motion
-
-
-def _solved(rows: list[Vector]) -> Vector | None:
-    """Gauss–Jordan elimination of rows [matrix | right]; None where singular."""
-    for k in range(len(rows)):
-        pivot = next((i for i in range(k, len(rows)) if rows[i][k]), None)
-        if pivot is None:
-            return None
-        rows[k], rows[pivot] = rows[pivot], rows[k]
-        rows[k] = [x / rows[k][k] for x in rows[k]]
-        for i in range(len(rows)):
-            if i != k and rows[i][k]:
-                factor = rows[i][k]
-                rows[i] = [x - factor * y for x, y in zip(rows[i], rows[k], strict=True)]
-    return [row[-1] for row in rows]
 
 
 def _admissible(f, u, r, states, motion, rate) -> bool:

@@ -10,7 +10,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from skfem import MeshQuad
 
 import shakedown
 from benchmarks import calculix_peer
@@ -27,6 +26,7 @@ from shakedown.fem import (
     block_mesh,
     brick_mesh,
     contact_problem,
+    ring_mesh,
 )
 
 TITLE = "Surfaces whose meshes do not match"
@@ -144,20 +144,10 @@ def _limits(mesh: list[int]) -> dict:
 
 def ring(inner: float, outer: float, count: int, layers: int, *, hub: bool) -> ElasticBody:
     """A ring of quadrilaterals in plane strain; the hub is free, the shaft held at its bore."""
-    radius, angle = np.linspace(inner, outer, layers + 1), np.linspace(0, 2 * np.pi, count + 1)[:-1]
-    places = np.array([[r * np.cos(a), r * np.sin(a)] for r in radius for a in angle]).T
-    k = np.arange(layers * count).reshape(layers, count)
-    after, size = np.roll(k, -1, axis=1), (outer - inner) / layers
-    cells = np.stack([k, k + count, after + count, after]).reshape(4, -1)
-    mesh = MeshQuad(places, cells).with_boundaries(
-        {
-            "bore": lambda x: np.hypot(*x) < inner + 0.4 * size,
-            "seat": lambda x: np.hypot(*x) > outer - 0.4 * size,
-        }
-    )
+    mesh = ring_mesh(inner, outer, count, layers)
     if not hub:
-        return ElasticBody(mesh, STEEL, supports=[Support("bore")])
-    return ElasticBody(mesh, STEEL, loads=[Force("seat", (1.0, 0.0), history=[1.0, 0.0])])
+        return ElasticBody(mesh, STEEL, supports=[Support("inside")])
+    return ElasticBody(mesh, STEEL, loads=[Force("outside", (1.0, 0.0), history=[1.0, 0.0])])
 
 
 def _press_fit(mesh: list[int]) -> dict:
@@ -165,7 +155,7 @@ def _press_fit(mesh: list[int]) -> dict:
     a, b, c, poisson = 10.0, 20.0, 40.0, STEEL.poisson
     outer, inner = ring(b, c, mesh[0], mesh[0] // 3, hub=True), ring(a, b, mesh[1], mesh[1] // 5, hub=False)
     how = {} if mesh[0] == mesh[1] else {"coupling": "mortar", "reach": 1.0}
-    joint = contact_problem(outer, "bore", FRICTION, against=(inner, "seat"), gap=-0.02, **how)
+    joint = contact_problem(outer, "inside", FRICTION, against=(inner, "outside"), gap=-0.02, **how)
     pressure = joint.p_w[1] / joint.node_area
     gives = ((1 - 2 * poisson) * b**2 + c**2) / (c**2 - b**2)
     gives += (1 - 2 * poisson) * (b**2 - a**2) / (b**2 + (1 - 2 * poisson) * a**2)
