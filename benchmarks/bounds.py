@@ -57,19 +57,25 @@ def scipy_linprog(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> Va
     return float(end.fun) if end.status == 0 else np.nan
 
 
-def through_cvxpy(
-    solver: str, settings: dict | None = None
-) -> Callable[[np.ndarray, np.ndarray, np.ndarray], Value]:
+def solved_by_cvxpy(
+    solver: str | None, matrix: np.ndarray, right: np.ndarray, cost: np.ndarray, **settings: float
+) -> tuple[str, Value]:
+    """Status and objective of a program; "undecided" where the solver ends without a verdict."""
+    x = cp.Variable(len(cost))
+    program = cp.Problem(cp.Minimize(cost @ x), [matrix @ x <= right, x[-1] >= 0])
+    try:
+        with warnings.catch_warnings():  # of an inaccurate end, which its status says, too
+            warnings.filterwarnings("ignore", "Solution may be inaccurate", UserWarning)
+            program.solve(solver=solver, **settings)
+    except (cp.SolverError, ValueError):  # HiGHS ended without a verdict; cvxpy cannot unpack that
+        return "undecided", np.nan
+    return str(program.status), np.nan if program.value is None else float(program.value)
+
+
+def through_cvxpy(solver: str, **settings: float) -> Peer:
     def solve(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> Value:
-        x = cp.Variable(len(cost))
-        program = cp.Problem(cp.Minimize(cost @ x), [matrix @ x <= right, x[-1] >= 0])
-        try:
-            with warnings.catch_warnings():  # of an inaccurate end, which its status says, too
-                warnings.filterwarnings("ignore", "Solution may be inaccurate", UserWarning)
-                program.solve(solver=solver, **(settings or {}))
-        except (cp.SolverError, ValueError):  # HiGHS ended without a verdict; cvxpy cannot unpack that
-            return np.nan
-        return float(program.value) if program.status == "optimal" else np.nan
+        status, value = solved_by_cvxpy(solver, matrix, right, cost, **settings)
+        return value if status == "optimal" else np.nan
 
     return solve
 
@@ -156,7 +162,7 @@ def reference(n: int, bound: str) -> tuple[float, float, str]:
         sign, program = 1.0, lambda rows: collapse_program(rows, node)
     for tolerance in INTERIOR:
         sharp = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), tolerance)
-        value = sign * through_cvxpy("CLARABEL", sharp)(*program(rows))
+        value = sign * through_cvxpy("CLARABEL", **sharp)(*program(rows))
         if np.isfinite(value):
             return value, value, f"interior {tolerance:.0e}"
     return np.nan, np.nan, "none"

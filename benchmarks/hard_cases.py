@@ -1,17 +1,17 @@
 """Problems on which float solvers go wrong, and how far each method is off the exact answer."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from math import inf, isfinite, isnan, nan
+from typing import NamedTuple
 
-import cvxpy as cp
 import numpy as np
 from matplotlib.figure import Figure
 from scipy.optimize import linprog
 
 import shakedown
-from benchmarks.bounds import highs_model, upper_program
+from benchmarks.bounds import highs_model, solved_by_cvxpy, upper_program
 from benchmarks.display import lines, panels, shown
 from benchmarks.problems import joint
 from benchmarks.rational_reference import fraction_rows, load_factor_range
@@ -193,18 +193,7 @@ def by_scipy(problem: Problem) -> Answer:
 
 def by_cvxpy(solver: str | None) -> Callable[[Problem], Answer]:
     """cvxpy with a solver's default tolerances, on the data as they are."""
-
-    def answer(problem: Problem) -> Answer:
-        matrix, right, cost = upper_program(constraints(problem))
-        x = cp.Variable(len(cost))
-        program = cp.Problem(cp.Minimize(cost @ x), [matrix @ x <= right, x[-1] >= 0])
-        try:
-            program.solve(solver=solver)
-        except cp.SolverError:
-            return "undecided", nan
-        return _answer(program.status, program.value)
-
-    return answer
+    return lambda problem: _answer(*solved_by_cvxpy(solver, *upper_program(constraints(problem))))
 
 
 def _answer(status: str | int, cost: float | None) -> Answer:
@@ -221,7 +210,7 @@ METHODS: dict[str, Callable[[Problem], Answer]] = {
     "highspy": by_highs,
     "scipy linprog": by_scipy,
     "cvxpy default": by_cvxpy(None),
-    "cvxpy Clarabel": by_cvxpy(cp.CLARABEL),
+    "cvxpy Clarabel": by_cvxpy("CLARABEL"),
 }
 
 
@@ -244,15 +233,10 @@ def measure(case: dict) -> dict:
     }
 
 
-@dataclass(frozen=True)
-class Reference:
-    """The answer that every method is held against.
+class Reference(NamedTuple):
+    """The answer that every method is held against."""
 
-    ``kind`` is "rational" (an enumeration in fractions, complete) or "certificate"
-    (the package's own exact arithmetic, where the enumeration would take too long).
-    """
-
-    kind: str
+    kind: str  # "rational" (all subsets in fractions), or "certificate" (the package's own) of more nodes
     status: str
     load_factor: float
 
