@@ -56,18 +56,13 @@ class CornerReport(NamedTuple):
 
 
 def corner_report(
-    problem: Problem, q_w: FloatArray, p_w: FloatArray, sides: tuple[int, int] = (-1, 1)
+    # A joint of two nodes with normal stiffness; its loading plays no part. The damping D is one
+    problem: Problem,
+    q_w: FloatArray,  # q_w, p_w: (2,): welded reactions at the corner [force]
+    p_w: FloatArray,
+    sides: tuple[int, int] = (-1, 1),  # the limits of the two nodes: +1 backward, −1 forward
 ) -> CornerReport:
     """How a state with both nodes of a joint at their limits goes on under a viscous motion (§6.3, §6.4).
-
-    Parameters
-    ----------
-    problem
-        A joint of two nodes with normal stiffness; its loading plays no part. The damping D is one.
-    q_w, p_w : (2,)
-        Welded reactions at the corner [force].
-    sides
-        The limits of the two nodes: +1 backward, −1 forward.
 
     Examples
     --------

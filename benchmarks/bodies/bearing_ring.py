@@ -5,23 +5,16 @@ from shakedown.fem import ElasticBody, Material, RollingLoad, contact_problem, r
 
 
 def bearing_ring(
-    around: int = 32, *, through: int = 3, interference: float = 1e-3, force: float = 3e3, f: float = 0.2,
-    steps: int = 24,
-) -> Problem:  # fmt: skip
+    # around, through: elements round the ring, with two contact nodes each, and through it
+    around: int = 32,
+    *,
+    through: int = 3,
+    interference: float = 1e-3,  # radial; negative is clearance [mm]
+    force: float = 3e3,  # load of the ball in the middle of the load zone, below the centre [N]
+    f: float = 0.2,  # friction coefficient of the seat [–]
+    steps: int = 24,  # load steps while each ball takes the place of the one in front of it
+) -> Problem:
     """Outer ring of radii 35 and 40 mm, 18 mm wide, under eight balls; plane stress, quadratic elements.
-
-    Parameters
-    ----------
-    around, through
-        Elements round the ring, with two contact nodes each, and through it.
-    interference
-        Radial; negative is clearance [mm].
-    force
-        Load of the ball in the middle of the load zone, below the centre [N].
-    f
-        Friction coefficient of the seat [–].
-    steps
-        Load steps while each ball takes the place of the one in front of it.
 
     Examples
     --------

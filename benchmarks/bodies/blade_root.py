@@ -23,14 +23,16 @@ ACROSS, POST = 6, 4  # through the root, through each post of the disc
 
 
 def blade_root(
+    # along a flank, and along the slot. There are 2 (flank + 1) (slot + 1) node pairs, 234 by default
     elements: tuple[int, int] = (8, 12),
     *,
-    f: float = 0.3,
+    f: float = 0.3,  # friction coefficient [–]
+    # of the rotor [1/min]; the acceleration is taken at the root, all over the blade
     speed: float = 8000.0,
-    overspeed: float = 1.1,
-    bending: float = 200.0,
-    twist: float = 4e3,
-    steps: int = 24,
+    overspeed: float = 1.1,  # largest speed before the vibration begins, in units of ``speed``, >= 1 [–]
+    bending: float = 200.0,  # amplitude of the force at the tip at λ = 1 [N]
+    twist: float = 4e3,  # amplitude of the moment at the tip at λ = 1 [N mm]
+    steps: int = 24,  # load steps of one period
 ) -> Problem:
     """A blade whose dovetail root is pulled onto both flanks of its slot by its own weight in rotation.
 
@@ -41,23 +43,6 @@ def blade_root(
 
     The root slips out along both flanks until they carry it. ``initial_slip`` is the state after the rotor
     has once run faster than it does: slip zero, the welded joint, has tension at the inner ends of both.
-
-    Parameters
-    ----------
-    elements
-        Along a flank, and along the slot. There are 2 (flank + 1) (slot + 1) node pairs, 234 by default.
-    f
-        Friction coefficient [–].
-    speed
-        Of the rotor [1/min]; the acceleration is taken at the root, all over the blade.
-    overspeed
-        Largest speed before the vibration begins, in units of ``speed``, >= 1 [–].
-    bending
-        Amplitude of the force at the tip at λ = 1 [N].
-    twist
-        Amplitude of the moment at the tip at λ = 1 [N mm].
-    steps
-        Load steps of one period.
 
     Examples
     --------

@@ -13,13 +13,15 @@ from shakedown.fem import ElasticBody, Material, Pressure, Support, block_mesh, 
 
 
 def receding_block(
+    # elements per quarter of the height; the contact has 16 · refinement + 1 nodes (8 · refinement + 1 with
+    # symmetry)
     refinement: int = 2,
     *,
-    symmetric: bool = False,
-    f: float = 0.35,
-    unloading: float = 1 / 3,
-    steps: int = 2,
-    first_loading: int = 1,
+    symmetric: bool = False,  # take the right half only; the node on the plane of symmetry does not slip
+    f: float = 0.35,  # friction coefficient [–]
+    unloading: float = 1 / 3,  # lowest pressure of a cycle, relative to p_max [–]
+    steps: int = 2,  # load steps of one cycle, an even number; straight lines between
+    first_loading: int = 1,  # load steps from no load to p_max
 ) -> Problem:
     """The receding contact of thesis chapter III: a block h × 4h on a rigid plane, ν = 0.3.
 
@@ -31,22 +33,6 @@ def receding_block(
 
     The thesis does not state its mesh; here elements are squares of side
     h/(4 · refinement), bilinear, in plane strain.
-
-    Parameters
-    ----------
-    refinement
-        Elements per quarter of the height; the contact has 16 · refinement + 1
-        nodes (8 · refinement + 1 with symmetry).
-    symmetric
-        Take the right half only; the node on the plane of symmetry does not slip.
-    f
-        Friction coefficient [–].
-    unloading
-        Lowest pressure of a cycle, relative to p_max [–].
-    steps
-        Load steps of one cycle, an even number; straight lines between.
-    first_loading
-        Load steps from no load to p_max.
 
     Examples
     --------
@@ -74,12 +60,15 @@ def receding_block(
 
 
 def cantilevered_block(
+    # multiplies the elements of both directions; the contact has 8 · refinement + 1 nodes (the thesis:
+    # nine)
     refinement: int = 1,
     *,
-    angle: float = np.pi / 3,
+    angle: float = np.pi / 3,  # of the plane to the horizontal [rad], 0 < angle ≤ π/2
+    # where the pressure acts on the top, from the fixed end [h]; its ends are moved to the nearest nodes
     strip: tuple[float, float] = (2.0, 2.5),
-    f: float = 0.4,
-    steps: int = 40,
+    f: float = 0.4,  # friction coefficient [–]
+    steps: int = 40,  # load steps of one period
 ) -> Problem:
     """The cantilevered block of thesis chapter V: h × 4.5h, one end fixed, the other on a slanted plane.
 
@@ -91,21 +80,6 @@ def cantilevered_block(
     the middle of its height; bilinear elements, eight across the height. With the
     default angle and strip λ_max = 1.178, the smallest positive of the 43,758
     critical values 0.0003 (thesis, with its own: 1.0821, 0.0013).
-
-    Parameters
-    ----------
-    refinement
-        Multiplies the elements of both directions; the contact has
-        8 · refinement + 1 nodes (the thesis: nine).
-    angle
-        Of the plane to the horizontal [rad], 0 < angle ≤ π/2.
-    strip
-        Where the pressure acts on the top, from the fixed end [h]; its ends are
-        moved to the nearest nodes.
-    f
-        Friction coefficient [–].
-    steps
-        Load steps of one period.
 
     Examples
     --------

@@ -20,13 +20,15 @@ RINGS, THROUGH, UP = 2, 2, 4  # elements from the pad to the outline, through th
 
 
 def bolted_flange(
+    # around the hole (a multiple of 8), across the ring of contact, over the thickness of a flange. There
+    # are around · (across + 1) node pairs, 168 by default
     elements: tuple[int, int, int] = (24, 6, 5),
     *,
-    f: float = 0.3,
-    preload: float = 150e3,
-    pull: float = 2e3,
+    f: float = 0.3,  # friction coefficient [–]
+    preload: float = 150e3,  # of the bolt [N]
+    pull: float = 2e3,  # pull, shear: amplitudes along the pipe and along its circumference at λ = 1 [N]
     shear: float = 4e3,
-    steps: int = 24,
+    steps: int = 24,  # load steps of one period
 ) -> Problem:
     """One of thirty sectors of a pair of ring flanges, held together by its bolt on a ring around the hole.
 
@@ -34,20 +36,6 @@ def bolted_flange(
     pull · cos t, and sheared along the circumference as in torsion, shear · sin t. The lower pipe is held,
     the sides of the sector are free, as in a test of a segment. An M24 with 150 kN; steel. Slips are those of
     the upper flange relative to the lower one, along the radius through the bolt and across it.
-
-    Parameters
-    ----------
-    elements
-        Around the hole (a multiple of 8), across the ring of contact, over the thickness of a flange.
-        There are around · (across + 1) node pairs, 168 by default.
-    f
-        Friction coefficient [–].
-    preload
-        Of the bolt [N].
-    pull, shear
-        Amplitudes along the pipe and along its circumference at λ = 1 [N].
-    steps
-        Load steps of one period.
 
     Examples
     --------

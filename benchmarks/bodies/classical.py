@@ -13,35 +13,20 @@ HOLE, FIT, OUTSIDE = 0.4, 1.0, 2.0  # radii of the press fit [length]
 
 
 def press_fit(
-    refinement: int = 1,
+    refinement: int = 1,  # multiplies the elements; the contact has 8 · refinement + 1 nodes
     *,
-    interference: float = 1e-3,
-    f: float = 0.2,
-    steps: int = 24,
-    young: float = 200e3,
+    interference: float = 1e-3,  # radial interference [length]
+    f: float = 0.2,  # friction coefficient [–]
+    steps: int = 24,  # load steps of one period
+    young: float = 200e3,  # young, poisson: of both bodies [force/length²], [–]
     poisson: float = 0.3,
-    pull: float = 60.0,
+    pull: float = 60.0,  # amplitude of the traction [force/length²]
 ) -> Problem:
     """A hollow shaft pressed into a hub, pulled to and fro: one quarter, plane strain.
 
     Radii 0.4, 1 and 2; the shaft is larger than the bore by ``interference`` (on the
     radius). Tractions ±``pull`` · (cos θ, 0) on the outside of the hub ovalise it; the
     pressure of the fit alone is that of Lamé (:func:`press_fit_pressure`).
-
-    Parameters
-    ----------
-    refinement
-        Multiplies the elements; the contact has 8 · refinement + 1 nodes.
-    interference
-        Radial interference [length].
-    f
-        Friction coefficient [–].
-    steps
-        Load steps of one period.
-    young, poisson
-        Of both bodies [force/length²], [–].
-    pull
-        Amplitude of the traction [force/length²].
 
     Examples
     --------
@@ -95,14 +80,16 @@ CANDIDATE, FAR = 1.5, 100.0  # half-widths of the candidate contact, of the bodi
 
 
 def cylinder_on_flat(
-    refinement: int = 1,
+    refinement: int = 1,  # multiplies the elements in the contact, 12 · refinement of them
     *,
+    # approach, shift: displacements of the far side [length]; the half-width of the contact is about 1
     approach: float = 0.105,
     shift: float = 0.028,
-    f: float = 0.3,
-    steps: int = 24,
+    f: float = 0.3,  # friction coefficient [–]
+    steps: int = 24,  # steps, first_loading: load steps of one period, and before it
     first_loading: int = 12,
-    poisson: float = 0.3,
+    poisson: float = 0.3,  # of both bodies [–]
+    # swing, phase: the approach varies by this share, as sin 2π(t + phase), t in periods [–]
     swing: float = 0.0,
     phase: float = 0.0,
 ) -> Problem:
@@ -112,21 +99,6 @@ def cylinder_on_flat(
     x²/2R between them (Hertz). The far side of the upper one comes nearer by
     ``approach`` in ``first_loading`` transient load steps, then moves sideways by
     ``shift`` · sin over the period. Young's modulus is 1.
-
-    Parameters
-    ----------
-    refinement
-        Multiplies the elements in the contact, 12 · refinement of them.
-    approach, shift
-        Displacements of the far side [length]; the half-width of the contact is about 1.
-    f
-        Friction coefficient [–].
-    steps, first_loading
-        Load steps of one period, and before it.
-    poisson
-        Of both bodies [–].
-    swing, phase
-        The approach varies by this share, as sin 2π(t + phase), t in periods [–].
 
     Examples
     --------

@@ -9,20 +9,12 @@ from shakedown.ground.constants import FloatArray
 
 
 def extruded(
-    points: FloatArray, quads: NDArray[np.intp], levels: FloatArray, there: NDArray[np.bool_]
+    points: FloatArray,  # (2, k): corners in the plan [length]
+    quads: NDArray[np.intp],  # (4, e): corners of its elements, counter-clockwise
+    levels: FloatArray,  # (l + 1,): heights of the layers' ends [length]
+    there: NDArray[np.bool_],  # (l, e): which element a layer has
 ) -> MeshHex:
     """Hexahedra over the quadrilaterals of a plan, between ascending levels of z.
-
-    Parameters
-    ----------
-    points : (2, k)
-        Corners in the plan [length].
-    quads : (4, e)
-        Corners of its elements, counter-clockwise.
-    levels : (l + 1,)
-        Heights of the layers' ends [length].
-    there : (l, e)
-        Which element a layer has.
 
     Examples
     --------

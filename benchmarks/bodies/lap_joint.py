@@ -19,14 +19,19 @@ STEP = LAP / 12  # of the smallest of them [mm]
 
 
 def lap_joint(
+    # along the lap (a multiple of 12 has bolts and pads between elements), across it, and over half of the
+    # height. There are (along + 1) (across + 1) node pairs on a flat lap, 105 with the default pads
     elements: tuple[int, int, int] = (24, 6, 3),
     *,
-    f: float = 0.5,
-    preload: float = 12e3,
+    f: float = 0.5,  # friction coefficient [–]
+    preload: float = 12e3,  # of every bolt [N]
+    # amplitudes P_y and P_z of the load at the right end at λ = 1 [N]
     tip: tuple[float, float] = (10.0, 10.0),
-    reach: float = 10.0,
+    reach: float = 10.0,  # how far a pad goes from the axis of its bolt, along the beam [mm]
+    # how far a rectangular washer goes from the axis, along the beam and across it [mm], to lines of the
+    # mesh. By default washers are round, and stepped: another patch on every mesh
     washer: tuple[float, float] | None = None,
-    steps: int = 24,
+    steps: int = 24,  # load steps of one period
 ) -> Problem:
     """Two half beams, 720 × 25.4 × 25.4 mm in all, that lap over 120 mm under three bolts of 12 kN.
 
@@ -36,25 +41,6 @@ def lap_joint(
     holes. By default the half beams touch on three pads below the bolts, where
     the preload keeps all pairs closed; of a flat lap (``reach=math.inf``) the ends and edges open.
     Slips are those of the left half beam relative to the right one, along and across the beam.
-
-    Parameters
-    ----------
-    elements
-        Along the lap (a multiple of 12 has bolts and pads between elements), across it, and over half of
-        the height. There are (along + 1) (across + 1) node pairs on a flat lap, 105 with the default pads.
-    f
-        Friction coefficient [–].
-    preload
-        Of every bolt [N].
-    tip
-        Amplitudes P_y and P_z of the load at the right end at λ = 1 [N].
-    reach
-        How far a pad goes from the axis of its bolt, along the beam [mm].
-    washer
-        How far a rectangular washer goes from the axis, along the beam and across it [mm], to lines of the
-        mesh. By default washers are round, and stepped: another patch on every mesh.
-    steps
-        Load steps of one period.
 
     Examples
     --------

@@ -11,7 +11,12 @@ RULE = (1 / 6, 2 / 3)  # barycentric coordinates of the three points of a triang
 
 
 def half_space_compliance(
-    points: ArrayLike, patches: Sequence[ArrayLike], *, young: float = 1.0, poisson: float = 0.3
+    points: ArrayLike,  # (k, 2): where the displacements are asked for, on edges and corners too [length]
+    # n of (c, 2): the corners of each polygon in turn, in either sense [length]
+    patches: Sequence[ArrayLike],
+    *,
+    young: float = 1.0,  # young, poisson: of the half-space [force/length²], [–]
+    poisson: float = 0.3,
 ) -> FloatArray:
     """Surface displacements of an elastic half-space by forces spread uniformly over polygons (3k, 3n).
 
@@ -22,15 +27,6 @@ def half_space_compliance(
 
     Two bodies: their compliances add, where the second one's z, mirrored, changes the sign of what couples
     z to x and y. Bodies of the same material so have twice the compliance and no coupling.
-
-    Parameters
-    ----------
-    points : (k, 2)
-        Where the displacements are asked for, on edges and corners too [length].
-    patches : n of (c, 2)
-        The corners of each polygon in turn, in either sense [length].
-    young, poisson
-        Of the half-space [force/length²], [–].
 
     Returns
     -------
@@ -59,7 +55,10 @@ def half_space_compliance(
 
 
 def mean_half_space_compliance(
-    patches: Sequence[ArrayLike], *, young: float = 1.0, poisson: float = 0.3
+    patches: Sequence[ArrayLike],  # patches, young, poisson: as for :func:`half_space_compliance`
+    *,
+    young: float = 1.0,
+    poisson: float = 0.3,
 ) -> FloatArray:
     """Mean displacements of polygons on an elastic half-space by forces spread uniformly over them (3n, 3n).
 
@@ -67,11 +66,6 @@ def mean_half_space_compliance(
     triangle from its mean corner to an edge) and made reciprocal, that is, symmetric: forces times these
     displacements are the work of the tractions. A patch's own mean is up to 1 % too large, most of which its
     neighbours' make up for where they touch. Polygons are to be star-shaped about the mean of their corners.
-
-    Parameters
-    ----------
-    patches, young, poisson
-        As for :func:`half_space_compliance`.
 
     Examples
     --------

@@ -19,7 +19,12 @@ SECTORS = 6  # of the first ring; the k-th has k times as many
 
 
 def sphere_on_flat(
-    rings: int = 4, *, shear: float = 0.8, direction: float = 0.0, f: float = 0.5, poisson: float = 0.0
+    rings: int = 4,  # rings around the middle patch: 1 + 3 rings (rings + 1) patches
+    *,
+    shear: float = 0.8,  # largest tangential force over f N [–]
+    direction: float = 0.0,  # of the force, from the x axis [rad]
+    f: float = 0.5,  # friction coefficient [–]
+    poisson: float = 0.0,  # of both bodies [–]
 ) -> Problem:
     """A sphere pressed on a flat, then pushed to and fro along it (Cattaneo, Mindlin); similar materials.
 
@@ -28,19 +33,6 @@ def sphere_on_flat(
     moved by forces: a rigid translation along the flat meets no resistance but friction. Load steps 0, F, 0,
     -F of a tangential force F of ``shear`` · f N, which the load factor multiplies. :func:`sphere_contact`
     gives the classical solution, exact for ``poisson`` = 0: else slip is not quite opposite to the traction.
-
-    Parameters
-    ----------
-    rings
-        Rings around the middle patch: 1 + 3 rings (rings + 1) patches.
-    shear
-        Largest tangential force over f N [–].
-    direction
-        Of the force, from the x axis [rad].
-    f
-        Friction coefficient [–].
-    poisson
-        Of both bodies [–].
 
     Examples
     --------
