@@ -36,11 +36,6 @@ def compliance(x: FloatArray, poisson: float = POISSON) -> FloatArray:
     return 0.5 * (found + found.T)
 
 
-def stiffness(x: FloatArray, poisson: float = POISSON) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """A (2n, 2n), B (n, 2n) and C (n, n) of the half-space."""
-    return blocks(np.linalg.inv(compliance(x, poisson)))
-
-
 def blocks(kappa: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """A, B and C of a stiffness (3n, 3n) with the displacements of a node together."""
     n = len(kappa) // 3
@@ -67,5 +62,5 @@ def half_space(
 ) -> Problem:
     """A grid of patches under such a force."""
     x = grid(columns, rows)
-    (A, B, C), (q_w, p_w) = stiffness(x), around(x, steps, pull, tilt, f)
+    (A, B, C), (q_w, p_w) = blocks(np.linalg.inv(compliance(x))), around(x, steps, pull, tilt, f)
     return Problem(A=A, B=B, C=C, f=f, q_w=q_w, p_w=p_w, x=x)

@@ -12,8 +12,7 @@ from functools import cache
 import numpy as np
 from matplotlib.figure import Figure
 
-from benchmarks.bodies.patch_compliance import mean_half_space_compliance
-from benchmarks.bodies.sphere import disc_patches, sphere_contact, sphere_on_flat
+from benchmarks.bodies.sphere import disc_compliance, disc_patches, sphere_contact, sphere_on_flat
 from benchmarks.display import curve, listed, panels
 from shakedown import Problem
 from shakedown.ground.constants import FloatArray
@@ -79,21 +78,16 @@ def _crest(joint: Problem, rings: int, amplitude: float) -> tuple[FloatArray, Fl
         raise RuntimeError(f"{rings} rings, {amplitude} f N: {run.stop}")
     crest = int(np.argmin(np.abs(run.history.cycle - 0.25)))
     held = -run.history.q[crest]
-    moved = (_compliance(rings) @ held + run.history.v[crest]).reshape(-1, 2)
+    moved = (_disc(rings) @ held + run.history.v[crest]).reshape(-1, 2)
     return held.reshape(-1, 2), moved.mean(axis=0), run.cycles[1].friction_dissipation
+
+
+_disc = cache(disc_compliance)
 
 
 @cache
 def _edges(rings: int) -> FloatArray:
     return disc_patches(rings)[1]
-
-
-@cache
-def _compliance(rings: int) -> FloatArray:
-    """Tangential, of both bodies (2n, 2n)."""
-    whole = mean_half_space_compliance(disc_patches(rings)[0], poisson=0.0)
-    along = np.arange(len(whole)).reshape(-1, 3)[:, :2].ravel()
-    return 2 * whole[np.ix_(along, along)]
 
 
 def _by_ring(values: FloatArray) -> FloatArray:

@@ -10,33 +10,15 @@ NOTHING = "–"
 
 
 class Entry(NamedTuple):
-    """One line of ``docs/thesis.md``.
+    """One line of ``docs/thesis.md``."""
 
-    Attributes
-    ----------
-    where
-        Equation, figure or section of the thesis.
-    what
-        What stands there.
-    homes
-        Where it is in the toolkit, as dotted names.
-    printed
-        Numbers with the digits that the thesis prints; none where it prints none.
-    computed
-        The same numbers from the toolkit.
-    note
-        In place of the relative difference.
-    figure
-        Our picture of it, in ``benchmarks/results``.
-    """
-
-    where: str
-    what: str
-    homes: tuple[str, ...]
-    printed: tuple[str, ...] = ()
-    computed: tuple[float, ...] = ()
-    note: str = ""
-    figure: str = ""
+    where: str  # equation, figure or section of the thesis
+    what: str  # what stands there
+    homes: tuple[str, ...]  # where it is in the toolkit, as dotted names
+    printed: tuple[str, ...] = ()  # numbers with the digits that the thesis prints; none where it prints none
+    computed: tuple[float, ...] = ()  # the same numbers from the toolkit
+    note: str = ""  # in place of the relative difference
+    figure: str = ""  # our picture of it, in ``benchmarks/results``
 
 
 def entry(

@@ -1,6 +1,7 @@
 """Contacts with a classical solution: a press fit (Lamé), a cylinder on a flat (Hertz, Cattaneo, Mindlin)."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from skfem import MeshQuad
@@ -144,23 +145,12 @@ def _half_plane(x: FloatArray, y: FloatArray) -> MeshQuad:
     )
 
 
-@dataclass(frozen=True)
-class Hertz:
-    """Line contact of a cylinder on a flat under the normal force P per length, and a first shear Q.
+class Hertz(NamedTuple):
+    """Line contact of a cylinder on a flat under the normal force P per length, and a first shear Q."""
 
-    Attributes
-    ----------
-    half_width
-        a = √(4 P R / π E*) [length].
-    peak
-        p₀ = 2 P / π a [force/length²].
-    stick
-        Half-width c = a √(1 − Q / f P) of the zone that sticks (Cattaneo, Mindlin) [length].
-    """
-
-    half_width: float
-    peak: float
-    stick: float
+    half_width: float  # a = √(4 P R / π E*) [length]
+    peak: float  # p₀ = 2 P / π a [force/length²]
+    stick: float  # half-width c = a √(1 − Q / f P) of the zone that sticks (Cattaneo, Mindlin) [length]
 
     def pressure(self, x: FloatArray) -> FloatArray:
         """p₀ √(1 − x²/a²) [force/length²]."""

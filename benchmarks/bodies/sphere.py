@@ -4,7 +4,6 @@ Two elastic half-spaces of the same material, so that pressure and shear are not
 are the normal force, the radius of the contact under it and Young's modulus: all three are 1.
 """
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -86,23 +85,15 @@ def disc_patches(rings: int) -> tuple[list[FloatArray], FloatArray]:
     return found, edges
 
 
-@dataclass(frozen=True)
-class SphereContact:
+class SphereContact(NamedTuple):
     """Hertz's contact of a sphere under the normal force 1 with radius 1, and tangential forces T in turn.
 
     Cattaneo's and Mindlin's solution for the first push, Mindlin's and Deresiewicz's for the cycles; forces
     over the normal force, lengths over the contact's radius.
-
-    Attributes
-    ----------
-    f
-        Friction coefficient [–].
-    compliance
-        Of the tangential approach, both bodies: (2 − ν)/4 G a, before anything slips.
     """
 
-    f: float
-    compliance: float
+    f: float  # friction coefficient [–]
+    compliance: float  # of the tangential approach, both bodies: (2 − ν)/4 G a, before anything slips
 
     def pressure(self, r: FloatArray) -> FloatArray:
         """3/2π √(1 − r²)."""
@@ -143,18 +134,10 @@ def sphere_contact(f: float = 0.5, poisson: float = 0.0) -> SphereContact:
 
 
 class _Floating(NamedTuple):
-    """Bodies that forces hold, and friction: a stiffness without resistance to rigid translations.
+    """Bodies that forces hold, and friction: a stiffness without resistance to rigid translations."""
 
-    Attributes
-    ----------
-    stiffness : (k, k)
-        Reactions by slips or gaps; the translations follow.
-    reactions : (k, d)
-        By unit forces along the translations.
-    """
-
-    stiffness: FloatArray
-    reactions: FloatArray
+    stiffness: FloatArray  # (k, k): reactions by slips or gaps; the translations follow
+    reactions: FloatArray  # (k, d): by unit forces along the translations
 
 
 def _floating(compliance: FloatArray, translations: FloatArray) -> _Floating:
@@ -164,6 +147,13 @@ def _floating(compliance: FloatArray, translations: FloatArray) -> _Floating:
     reactions = np.linalg.solve(translations.T @ moved, moved.T).T
     found = stiffness - reactions @ moved.T
     return _Floating(np.asarray(0.5 * (found + found.T)), np.asarray(reactions))
+
+
+def disc_compliance(rings: int) -> FloatArray:
+    """Of the patches of a disc by tangential forces, both bodies, Poisson's ratio 0, (2n, 2n)."""
+    whole = mean_half_space_compliance(disc_patches(rings)[0], poisson=0.0)
+    along = np.arange(len(whole)).reshape(-1, 3)[:, :2].ravel()
+    return 2 * whole[np.ix_(along, along)]
 
 
 def half_spaces(patches: list[FloatArray], poisson: float) -> tuple[_Floating, _Floating]:
