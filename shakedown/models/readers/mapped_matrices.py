@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.files.npz import read_array, read_header
@@ -142,7 +141,7 @@ def _listed(path: str | os.PathLike[str], size: int | None) -> IntArray:
     return _of_columns(np.array(table, dtype=float), size, name)
 
 
-def _of_columns(table: NDArray[np.float64], size: int | None, name: str) -> IntArray:
+def _of_columns(table: FloatArray, size: int | None, name: str) -> IntArray:
     """The map of columns equation (where there are three), node, direction; or of the nodes alone."""
     if table.shape[1] > 3 or not (np.abs(table) < LARGEST_WHOLE).all() or (table != np.round(table)).any():
         raise unfit(name, "whole numbers in one to three columns", "others")
