@@ -188,11 +188,7 @@ def implied_rows(nodes: IntArray, size: int | None, name: str) -> IntArray:
     return np.column_stack([nodes, directions])
 
 
-def is_matrix_market(text: str) -> bool:
-    """Whether a text begins as Matrix Market does."""
-    return text.lstrip().lower().startswith("%%matrixmarket")
-
-
+_MARKET = re.compile(r"\s*%%matrixmarket", re.IGNORECASE)
 _BANNER = re.compile(
     r"%%matrixmarket\s+matrix\s+(coordinate|array)\s+(real|integer)\s+(general|symmetric)\s*$", re.IGNORECASE
 )
@@ -393,7 +389,7 @@ _OF_MARKET: dict[str, Callable[..., Any]] = {"stiffness": read_matrix_market, "r
 _BOEING, _NUMBERED = {"stiffness": read_harwell_boeing}, {"stiffness": read_calculix_storage}
 FORMATS = (
     Format("npy", "an array of NumPy", {"rows": _array}, begins=re.compile("\x93NUMPY").match),
-    Format("matrix-market", "Matrix Market", _OF_MARKET, ("rows",), begins=is_matrix_market),
+    Format("matrix-market", "Matrix Market", _OF_MARKET, ("rows",), begins=_MARKET.match),
     Format("harwell-boeing", "Harwell-Boeing", _BOEING, ("rows",), begins=is_harwell_boeing),
     Format("numbered", "Abaqus COORDINATE, CalculiX .sti", _NUMBERED, ("rows",), begins=_begins_with_entry),
     Format("rows", "a list of rows", {"rows": _listed}),
