@@ -192,12 +192,9 @@ def coupled_nodes(K: sparse.csr_array, nodes: IntArray) -> tuple[sparse.csr_arra
     size = np.sqrt(np.where(marked, diagonal[~marked].max(initial=0.0), diagonal))
     row, column = entries.coords
     large = np.abs(entries.data) > DEFAULT.condensed_pattern * size[row] * size[column]
-    where = (
-        np.append(index[row[large]], range(len(labels))),
-        np.append(index[column[large]], range(len(labels))),
-    )
+    one, other = (np.append(index[each[large]], range(len(labels))) for each in (row, column))
     shape = (len(labels), len(labels))
-    return sparse.csr_array((np.ones(len(where[0])), where), shape=shape), index
+    return sparse.csr_array((np.ones(len(one)), (one, other)), shape=shape), index
 
 
 def asymmetry(matrix: FloatArray) -> float:
