@@ -18,6 +18,8 @@ of a joint:
   corner do not.
 """
 
+import lazy_loader
+
 try:  # what the extra brings
     import skfem as skfem
 except ImportError as error:
@@ -25,39 +27,4 @@ except ImportError as error:
         f"shakedown.fem needs scikit-fem ({error}): pip install 'shakedown-bounds[fem]'"
     ) from None
 
-from shakedown.fem.body import ElasticBody, Material, Support
-from shakedown.fem.contact import contact_condensation, contact_problem, modal_load
-from shakedown.fem.loads import (
-    BodyForce,
-    Bolt,
-    Displacement,
-    Force,
-    Load,
-    ModalLoad,
-    Pressure,
-    RollingLoad,
-    Traction,
-)
-from shakedown.fem.mesh import block_mesh, brick_mesh, read_mesh, ring_mesh
-
-__all__ = [
-    "BodyForce",
-    "Bolt",
-    "Displacement",
-    "ElasticBody",
-    "Force",
-    "Load",
-    "Material",
-    "ModalLoad",
-    "Pressure",
-    "RollingLoad",
-    "Support",
-    "Traction",
-    "block_mesh",
-    "brick_mesh",
-    "contact_condensation",
-    "contact_problem",
-    "modal_load",
-    "read_mesh",
-    "ring_mesh",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

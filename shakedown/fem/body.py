@@ -306,11 +306,6 @@ class ElasticBody:
         # normals times it are tangents with the body on their left
         return strips(self.positions(nodes), normals @ np.array([[0.0, -1.0], [1.0, 0.0]]), edges)
 
-    def areas_on(self, boundary: str, nodes: IntArray) -> FloatArray:
-        """The area of a named boundary that each node stands for: ∫ N_j ds times the thickness, (n,)."""
-        surface = self.surface(boundary)
-        return self.thickness * surface.node_areas()[np.searchsorted(surface.labels, nodes)]
-
     def extent_of(self, boundary: str) -> float:
         """The length of a named boundary of a plane body [length], the area of one of a solid [length²]."""
         return float(self.surface(boundary).areas.sum())

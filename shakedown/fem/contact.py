@@ -127,7 +127,7 @@ def contact_problem(
     else:
         x = patch_positions(joint.place, frame.normals, tangent)
     initial = gap(joint.place.T) if callable(gap) else gap
-    area = joint.areas(body.areas_on(boundary, own), own, body.thickness)
+    area = joint.areas(own, body.thickness)
     return joint.reduced.problem(
         cases,
         f,
@@ -302,13 +302,14 @@ class _Joint:
             places=places if body.dimension == 3 else None,
         )
 
-    def areas(self, area: FloatArray, own: IntArray, thickness: float) -> FloatArray:
+    def areas(self, own: IntArray, thickness: float) -> FloatArray:
         """The area that each node stands for, in the basis of the contact.
 
         With a mortar coupling only what the second body covers counts.
         """
         if self.coupling is None:
-            return without_cancelled(hat_areas(area, own, self.middle_nodes))
+            area = self.surface.node_areas()[np.searchsorted(self.surface.labels, own)]
+            return without_cancelled(thickness * hat_areas(area, own, self.middle_nodes))
         covered = dict(zip(self.coupling.labels.tolist(), self.coupling.area.tolist(), strict=True))
         return thickness * np.array([covered[node] for node in own.tolist()])
 

@@ -158,9 +158,6 @@ class Displacement(Load):
         return Support(self.boundary, self.x is not None, self.y is not None, self.z is not None)
 
 
-QUADRATURE = 12  # Gauss points on each piece of a facet that a rolling element loads
-
-
 @dataclass(frozen=True, eq=False)
 class RollingLoad:
     """Rolling elements, evenly spaced, that run round on a circular boundary of a plane body.
@@ -248,7 +245,7 @@ class RollingLoad:
             )
         row = np.full((int(body.dofs[:, 0].max()) + 1, 3), -1)
         row[body.dofs[:, 0], body.dofs[:, 1]] = np.arange(body.basis.N)
-        points, weights = np.polynomial.legendre.leggauss(QUADRATURE)
+        points, weights = np.polynomial.legendre.leggauss(12)  # on each piece of a facet
         found, sense = np.zeros(body.basis.N), -1.0 if self.backwards else 1.0
         from_middle = sense * 2 * np.pi * (np.arange(self.elements) + t) / self.elements
         from_middle = _within_half_a_turn(from_middle)

@@ -225,9 +225,6 @@ def _named(raw: MeshOfFile, shape: str) -> Mesh:
     return mesh.with_boundaries(boundaries).with_subdomains(subdomains)
 
 
-Entry = dict[str, Any]  # of a JSON object
-
-
 def origin_text(
     bodies: Sequence[tuple[ElasticBody, str]],
     steps: int | None,
@@ -256,7 +253,7 @@ def origin_text(
     >>> found["bodies"][0]["loads"]
     [{'kind': 'Pressure', 'history': 1.0, 'boundary': 'top', 'value': 2.0}]
     """
-    about: Entry = {
+    about: dict[str, Any] = {
         "toolkit": f"shakedown-bounds {__version__}",
         "made_by": "shakedown.fem.contact_problem",
         "steps": steps,
@@ -268,7 +265,7 @@ def origin_text(
     return json.dumps({key: value for key, value in about.items() if value not in (None, [])})
 
 
-def _body(body: ElasticBody, boundary: str) -> Entry:
+def _body(body: ElasticBody, boundary: str) -> dict[str, Any]:
     parts = {"whole body": body.material} if isinstance(body.material, Material) else body.material
     low, high = body.mesh.p.min(axis=1).tolist(), body.mesh.p.max(axis=1).tolist()
     mesh = {

@@ -199,6 +199,8 @@ class Condensation(Result):
         welded = [self.welded(case) for case in loads] if welded is None else welded
         unit = np.array([each.reactions for each in welded])
         modal = [case.frequency for case in loads]  # NaN: no mode
+        # the displacement conjugate to each load under a unit of each
+        S = np.array([[one.conjugate(other) for other in welded] for one in welded])
         acting: dict[str, Any] = {"label": self.frame.names, **stated_loads(loads, factors)}
         if self.layout.d > 1:
             acting |= {"normal": self.frame.normals, "tangents": self.frame.tangents}
@@ -212,7 +214,7 @@ class Condensation(Result):
             f=f,
             load_reactions=unit,
             load_history=factors.period,
-            load_compliance=_compliance(welded),
+            load_compliance=None if np.isnan(S).any() else 0.5 * (S + S.T),
             load_frequency=None if all(each is None for each in modal) else np.array(modal, dtype=float),
             load_path=DOMAIN if any(case.range is not None for case in loads) else LOOP,
             **{**acting, **about},
@@ -221,12 +223,6 @@ class Condensation(Result):
         if initial.ndim == 1 and len(initial) == self.n:
             initial = self.frame.weighted(initial)
         return with_initial_gap(touching, initial) if initial.any() else touching
-
-
-def _compliance(welded: Sequence[WeldedCase]) -> FloatArray | None:
-    """The displacement conjugate to each load under a unit of each, (L, L); None unless all are known."""
-    S = np.array([[one.conjugate(other) for other in welded] for one in welded])
-    return None if np.isnan(S).any() else np.asarray(0.5 * (S + S.T))
 
 
 @checked

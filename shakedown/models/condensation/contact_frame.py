@@ -46,7 +46,11 @@ def tangent_pairs(normals: FloatArray, tangent: ArrayLike | None = None) -> Floa
     [[[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]]
     """
     if tangent is None:
-        return _completed(normals, _by_axes(normals))
+        along = normals**2
+        everywhere = _least(along.mean(axis=0, keepdims=True))[0]
+        # sine of the angle between an axis and a normal below which the axis gives no tangent there
+        steep = along[:, everywhere] > 1.0 - 0.2**2
+        return _completed(normals, np.eye(3)[np.where(steep, _least(along), everywhere)])
     given = np.asarray(tangent, dtype=np.float64)
     n = len(normals)
     if given.shape not in ((3,), (n, 3), (n, 2, 3)):
@@ -82,25 +86,6 @@ def patch_positions(places: FloatArray, normals: FloatArray, tangent: ArrayLike 
         return places
     towards = None if tangent is None else np.asarray(tangent, dtype=np.float64).reshape(-1, 3)[0]
     return np.asarray(places @ tangent_pairs((mean / np.linalg.norm(mean))[None], towards)[0].T)
-
-
-def guided_pairs(normals: FloatArray, pairs: FloatArray, held: NDArray[np.bool_]) -> FloatArray:
-    """The pairs, with a tangent along the direction in which a node is held, (n, 3), if it had none there."""
-    found = pairs.copy()
-    for j in np.flatnonzero(held.any(axis=1)):
-        axis = np.eye(3)[int(np.argmax(held[j]))]
-        if np.abs(pairs[j] @ axis).max() < 1.0 - DEFAULT.symmetry:
-            found[j] = _completed(normals[j : j + 1], axis[None])[0]
-    return found
-
-
-def _by_axes(normals: FloatArray) -> FloatArray:
-    """The axis towards which t₁ points at every node, (n, 3)."""
-    along = normals**2
-    everywhere = _least(along.mean(axis=0, keepdims=True))[0]
-    # sine of the angle between an axis and a normal below which the axis gives no tangent there
-    steep = along[:, everywhere] > 1.0 - 0.2**2
-    return np.eye(3)[np.where(steep, _least(along), everywhere)]
 
 
 def _least(along: FloatArray) -> IntArray:
@@ -320,7 +305,11 @@ def contact_frame(
     check_unique(labels)
     unit = _unit_normals(normals, len(labels))
     own = axes if unit.shape[1] == 2 else SPACE
-    _check_plane(unit, axes, tangent)
+    if unit.shape[1] == 2 and tangent is not None:
+        raise ProblemError("tangent: expected only beside normals of three components, found two")
+    if unit.shape[1] == 3 and axes != PLANE:
+        expected = f"normals of two components, along directions {_listed(axes)}"
+        raise ProblemError(f"axes: expected {expected}, found three")
     index = {(int(node), int(direction)): k for k, (node, direction) in enumerate(table)}
     bodies = labels.reshape(len(labels), -1)
     wanted = [(int(node), axis) for pair in bodies for node in pair for axis in own]
@@ -415,7 +404,12 @@ def with_guides(
             "(release the contact nodes in the model; on a plane of symmetry hold those of both bodies)"
         )
     if frame.directions > 1:
-        frame = replace(frame, tangents=guided_pairs(frame.normals, frame.tangents, first))
+        pairs = frame.tangents.copy()
+        for j in np.flatnonzero(first.any(axis=1)):
+            axis = np.eye(3)[int(np.argmax(first[j]))]
+            if np.abs(pairs[j] @ axis).max() < 1.0 - DEFAULT.symmetry:
+                pairs[j] = _completed(frame.normals[j : j + 1], axis[None])[0]
+        frame = replace(frame, tangents=pairs)
     moving = sparse.diags_array((~first).ravel().astype(float))  # a held row follows nothing
     frame = replace(frame, followed=sparse.csr_array(moving @ frame.followed))
     along = np.abs(frame.slip_axes) >= 1.0 - DEFAULT.symmetry
@@ -472,16 +466,6 @@ def check_unique(labels: IntArray) -> None:
     if len(unique) < labels.size:
         raise ProblemError(
             f"contact: expected every node once, found node {unique[np.argmax(count > 1)]} twice"
-        )
-
-
-def _check_plane(unit: FloatArray, axes: tuple[int, int], tangent: ArrayLike | None) -> None:
-    """Refuse axes of a plane beside normals in space, and a tangent beside normals in a plane."""
-    if unit.shape[1] == 2 and tangent is not None:
-        raise ProblemError("tangent: expected only beside normals of three components, found two")
-    if unit.shape[1] == 3 and axes != PLANE:
-        raise ProblemError(
-            f"axes: expected normals of two components, along directions {_listed(axes)}, found three"
         )
 
 

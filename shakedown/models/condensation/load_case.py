@@ -104,8 +104,18 @@ class LoadCase(Result):
             )
         dimensions = {"history": (0, 1), "reactions": (2,), "opened": (2,)}
         for key in ("history", "force", "displacement", "reactions", "opened", "transient", "range"):
-            if (given := getattr(self, key)) is not None:
-                object.__setattr__(self, key, _real(f"{self.name}: {key}", given, dimensions.get(key, (1,))))
+            if (given := getattr(self, key)) is None:
+                continue
+            label, axes = f"{self.name}: {key}", dimensions.get(key, (1,))
+            try:
+                array = real_array(label, given)
+            except UsageError as error:
+                raise ProblemError(str(error)) from None
+            if not (largest := np.abs(array).max(initial=0.0)) < LARGEST_FORCE:
+                raise ProblemError(f"{label}: expected numbers below {LARGEST_FORCE:g}, found {largest:g}")
+            if array.ndim not in axes:
+                raise ProblemError(f"{label}: expected {axes[-1]} axis/axes, found shape {array.shape}")
+            object.__setattr__(self, key, array)
         if (self.history is None) == (self.range is None):
             found = "both" if self.range is not None else "neither"
             raise ProblemError(f"{self.name}: expected a history or a range, found {found}")
@@ -267,15 +277,3 @@ def _columns(key: str, factors: Sequence[FloatArray]) -> FloatArray:
         )
     steps = lengths.pop() if lengths else 1
     return np.column_stack([np.broadcast_to(f, (steps,)) for f in factors])
-
-
-def _real(label: str, value: Any, dimensions: tuple[int, ...]) -> FloatArray:
-    try:
-        array = real_array(label, value)
-    except UsageError as error:
-        raise ProblemError(str(error)) from None
-    if not (largest := np.abs(array).max(initial=0.0)) < LARGEST_FORCE:
-        raise ProblemError(f"{label}: expected numbers below {LARGEST_FORCE:g}, found {largest:g}")
-    if array.ndim not in dimensions:
-        raise ProblemError(f"{label}: expected {dimensions[-1]} axis/axes, found shape {array.shape}")
-    return array

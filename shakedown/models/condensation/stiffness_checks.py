@@ -36,7 +36,14 @@ def loose_motion(K: sparse.csc_array, dofs: IntArray, places: Places | None = No
     >>> loose_motion(spring, np.array([(7, 1), (9, 1)]))
     'nodes 7, 9 along x'
     """
-    modes = _null_space(K)
+    # motions without resistance, (N, k), orthonormal; at least the softest one
+    N, largest = K.shape[0], float(K.diagonal().max())
+    if N <= MANY_ROWS:
+        values, modes = np.linalg.eigh(K.toarray())
+    else:
+        values, modes = eigsh(K, k=12, sigma=-NEGLIGIBLE * largest, v0=np.ones(N))
+    order = np.argsort(values)
+    modes = np.asarray(modes[:, order[: max(int((values <= NEGLIGIBLE * largest).sum()), 1)]])
     found: dict[str, list[int]] = {}
     count, part = connected_components(K, directed=False)
     size = np.abs(modes).max(axis=1)
@@ -48,19 +55,6 @@ def loose_motion(K: sparse.csc_array, dofs: IntArray, places: Places | None = No
         motion = " and ".join(motions_in_words(modes[rows], own, places))
         found.setdefault(motion, []).extend(own[:, 0].tolist())
     return "; ".join(f"{_nodes(nodes)} {motion}" for motion, nodes in found.items())
-
-
-def _null_space(K: sparse.csc_array) -> FloatArray:
-    """Motions without resistance, (N, k), orthonormal; at least the softest one."""
-    N, largest = K.shape[0], float(K.diagonal().max())
-    if N <= MANY_ROWS:
-        values, modes = np.linalg.eigh(K.toarray())
-    else:
-        shifted = {"k": 12, "sigma": -NEGLIGIBLE * largest, "v0": np.ones(N)}
-        values, modes = eigsh(K, **shifted)
-    order = np.argsort(values)
-    null = max(int((values <= NEGLIGIBLE * largest).sum()), 1)
-    return np.asarray(modes[:, order[:null]])
 
 
 def motions_in_words(modes: FloatArray, dofs: IntArray, places: Places | None) -> list[str]:
@@ -143,23 +137,16 @@ def checked_matrix(K: Any, dofs: IntArray) -> tuple[sparse.csr_array, NDArray[np
     matrix = (matrix - sparse.diags_array(np.where(constrained, matrix.diagonal(), 0.0))).tocsr()
     matrix.eliminate_zeros()
     matrix.sort_indices()
-    _check_symmetric(matrix, dofs)
-    return matrix, constrained
-
-
-def _check_symmetric(matrix: sparse.csr_array, dofs: IntArray) -> None:
     if matrix.nnz == 0:
         raise ProblemError("K: expected a stiffness matrix, found only zeros")
     error = abs(matrix - matrix.T).tocoo()
-    if error.nnz == 0 or error.data.max() <= DEFAULT.symmetry * np.abs(matrix.data).max():
-        return
-    k = int(np.argmax(error.data))
-    i, j = error.coords[0][k], error.coords[1][k]
-    (node, direction), (other, other_direction) = dofs[i], dofs[j]
-    raise ProblemError(
-        f"K: expected a symmetric matrix, found {matrix[i, j]:.9g} at row ({node}, {direction}), column "
-        f"({other}, {other_direction}) but {matrix[j, i]:.9g} at its mirror image"
-    )
+    if error.data.max(initial=0.0) > DEFAULT.symmetry * np.abs(matrix.data).max():
+        i, j = (int(place[np.argmax(error.data)]) for place in error.coords)
+        raise ProblemError(
+            f"K: expected a symmetric matrix, found {matrix[i, j]:.9g} at row {tuple(dofs[i].tolist())}, "
+            f"column {tuple(dofs[j].tolist())} but {matrix[j, i]:.9g} at its mirror image"
+        )
+    return matrix, constrained
 
 
 def uncoupled(K: sparse.csr_array, nodes: IntArray) -> str:
@@ -205,12 +192,9 @@ def coupled_nodes(K: sparse.csr_array, nodes: IntArray) -> tuple[sparse.csr_arra
     size = np.sqrt(np.where(marked, diagonal[~marked].max(initial=0.0), diagonal))
     row, column = entries.coords
     large = np.abs(entries.data) > DEFAULT.condensed_pattern * size[row] * size[column]
-    where = (
-        np.append(index[row[large]], range(len(labels))),
-        np.append(index[column[large]], range(len(labels))),
-    )
+    one, other = (np.append(index[each[large]], range(len(labels))) for each in (row, column))
     shape = (len(labels), len(labels))
-    return sparse.csr_array((np.ones(len(where[0])), where), shape=shape), index
+    return sparse.csr_array((np.ones(len(one)), (one, other)), shape=shape), index
 
 
 def asymmetry(matrix: FloatArray) -> float:

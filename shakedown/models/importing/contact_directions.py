@@ -95,31 +95,32 @@ def _axes(table: TomlTable, mesh: Mesh) -> Axes | None:
 
 def _given(table: TomlTable, n: int) -> FloatArray | None:
     """Normals as the configuration gives them, (2,), (3,), (n, 2) or (n, 3)."""
-    normal, normals = _vectors(table, "normal"), _vectors(table, "normals")
-    named = {"normal": normal, "normals": normals, "surface": table.content.get("surface")}
-    keys = [f"'{key}'" for key, value in named.items() if value is not None]
-    if len(keys) > 1:
-        raise table.unfit("one of the keys 'normal', 'normals' and 'surface'", " and ".join(keys))
-    if normals is not None and len(normals) != n:
-        raise table.wrong("normals", f"one for each of {n} nodes", len(normals))
-    found = normals if normal is None else normal
+    key = "normals" if table.has("normals") else "normal"
+    value = table.content.get(key)
+    first = value[0] if key == "normals" and isinstance(value, list) and value else value
+    found = one_or_each(table, "normal", n, 3 if isinstance(first, list) and len(first) == 3 else 2)
     if found is None:
         return None
+    if table.has("surface"):
+        raise table.unfit("one of the keys 'normal', 'normals' and 'surface'", f"'{key}' and 'surface'")
     with np.errstate(over="ignore"):  # of a length that is refused
         length = np.linalg.norm(np.atleast_2d(found), axis=1)
     if not (long := (length > 0) & (length < np.inf)).all():
-        at = f" at node {int(np.argmin(long))}" if normal is None else ""
+        at = f" at node {int(np.argmin(long))}" if key == "normals" else ""
         wrong = f"{np.atleast_2d(found)[~long][0].tolist()}{at}"
-        raise unfit(f"{table.where}: {keys[0]}", "vectors of length > 0 and < inf", wrong)
+        raise unfit(f"{table.where}: '{key}'", "vectors of length > 0 and < inf", wrong)
     return found
 
 
-def _vectors(table: TomlTable, key: str) -> FloatArray | None:
-    """Vectors of two or three components: one, or, where the key is a plural, one per node."""
-    value, many = table.content.get(key), key.endswith("s")
-    first = value[0] if many and isinstance(value, list) and value else value
-    width = 3 if isinstance(first, list) and len(first) == 3 else 2
-    given = table.array(key, float, (None, width) if many else (width,), required=False)
+def one_or_each(table: TomlTable, key: str, n: int, width: int) -> FloatArray | None:
+    """The vector of a key, (width,), or those of its plural, one per node, (n, width); None without them."""
+    one = table.array(key, float, (width,), required=False)
+    each = table.array(f"{key}s", float, (None, width), required=False)
+    if one is not None and each is not None:
+        raise table.unfit(f"one of the keys '{key}' and '{key}s'", "both")
+    if each is not None and len(each) != n:
+        raise table.wrong(f"{key}s", f"one for each of {n} nodes", len(each))
+    given = each if one is None else one
     return None if given is None else np.array(given, dtype=float)
 
 
@@ -142,15 +143,3 @@ def _along(table: TomlTable, vectors: FloatArray, axes: Axes) -> FloatArray:
             wrong[0].tolist(),
         )
     return vectors[..., [axis - 1 for axis in axes]]
-
-
-def first_tangent(table: TomlTable, n: int) -> FloatArray | None:
-    """The keys ``tangent`` and ``tangents``: where first tangents lead, (3,) or (n, 3); None without them."""
-    one = table.array("tangent", float, (3,), required=False)
-    many = table.array("tangents", float, (None, 3), required=False)
-    if one is not None and many is not None:
-        raise table.unfit("one of the keys 'tangent' and 'tangents'", "both")
-    if many is not None and len(many) != n:
-        raise table.wrong("tangents", f"one for each of {n} nodes", len(many))
-    given = many if one is None else one
-    return None if given is None else np.array(given, dtype=float)

@@ -27,7 +27,7 @@ from shakedown.models.condensation.surface_mesh import (
     coupling_of_nodes,
     hat_areas,
 )
-from shakedown.models.importing.contact_directions import contact_directions, first_tangent
+from shakedown.models.importing.contact_directions import contact_directions, one_or_each
 from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.text import InputFiles, quoted, read_table, unfit
 from shakedown.models.readers.toml_table import TomlTable, is_number, labels_of, nodes_of, shown
@@ -203,7 +203,7 @@ def contact_section(
     contact = ContactSection(
         axes=axes,
         normals=normals,
-        tangent=first_tangent(table, len(first)) if axes == SPACE else None,
+        tangent=one_or_each(table, "tangent", len(first), 3) if axes == SPACE else None,
         assumed=assumed,
         surface=named,
         normals_are_given=normals_are_given,
@@ -462,18 +462,13 @@ def check_order(contact: ContactSection, where: str, lists: Mapping[str, FloatAr
 
 def taken_friction(root: TomlTable, *, required: bool = True) -> Friction | None:
     """The key ``friction``, before the contact nodes are known; None where it is absent and not required."""
-    value = root.content.get("friction")
+    expected = "a number, a list of numbers, or a table with a number for each node set"
+    value = root.take("friction", expected, required=required, fits=_are_coefficients)
     if isinstance(value, dict):
-        root.take("friction", "a table", required=True)
-        wrong = [item for item in value.values() if not is_number(item)]
-        if wrong or not value:
-            raise root.wrong("friction", "a number for each node set", shown(wrong[0] if wrong else value))
         return {name: float(item) for name, item in value.items()}
-    if isinstance(value, list):
-        return np.array(root.array("friction", float, (None,)), dtype=float)
-    if root.has("friction"):
-        return np.array(root.number("friction"))
-    root.known.append("friction")
-    if required:
-        raise root.missing("friction", "a number, a list, or a table of node sets")
-    return None
+    return None if value is None else np.array(value, dtype=float)
+
+
+def _are_coefficients(value: Any) -> bool:
+    each = list(value.values()) if isinstance(value, dict) else value
+    return is_number(value) or (isinstance(each, list) and bool(each) and all(map(is_number, each)))

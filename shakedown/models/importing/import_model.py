@@ -27,13 +27,13 @@ from shakedown.models.importing.contact_section import ContactSection, faces_bet
 from shakedown.models.importing.joined_contact import contact_of, friction_of
 from shakedown.models.importing.load_evidence import LoadEvidence
 from shakedown.models.importing.model_evidence import ModelEvidence
-from shakedown.models.importing.stiffness_section import ImportContext, stiffness_section
+from shakedown.models.importing.stiffness_section import ImportContext, circumference_notes, stiffness_section
 from shakedown.models.readers.formats import read_any_mesh
 from shakedown.models.readers.mapped_matrices import NUMBERED
 from shakedown.models.readers.mesh import CALCULIX, Mesh
 from shakedown.models.readers.stiffness import Stiffness
 from shakedown.models.readers.text import InputFiles, sha256
-from shakedown.models.readers.toml_table import TomlTable, change_number, is_list_of, read_toml
+from shakedown.models.readers.toml_table import TomlTable, change_number, is_list_of, read_toml, values_of
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -180,7 +180,7 @@ class Configuration:
         expected = "a list of texts, words of warnings"
         words = root.take("accept", expected, fits=lambda v: is_list_of(str, v) and all(v))
         self.accepted: tuple[str, ...] = tuple(words or ())
-        self.stiffness, self.contacts = root.table("stiffness"), root.one_or_more("contact")
+        self.stiffness, self.contacts = root.table("stiffness"), root.tables("contact", one=True)
         own_friction = all(table.has("friction") for table in self.contacts)
         self.friction = taken_friction(root, required=not own_friction)
         self.model, self.supports, self.check = (
@@ -418,17 +418,10 @@ def import_model(
                 if contact.labels.ndim > 1 and contact.coordinates is None
                 else ()
             ),
-            *([_circumference(stiffness.circumference)] if mesh.axisymmetric else ()),
+            *circumference_notes(stiffness, mesh),
             *bolt_section.bolt_notes(bolts, names, welded, added),
         ),
         path=os.fspath(config_path),
-    )
-
-
-def _circumference(times: float) -> str:
-    return (
-        f"axisymmetric: the matrix is that of {360 / times:g} degrees, taken {times:g} times; forces and "
-        "reactions are those on the whole circumference, areas 2 pi r times a length"
     )
 
 
@@ -502,7 +495,8 @@ def read_model(
     if contact.assumed:  # one direction of slip; but nodes that can move along z have two
         rows = np.isin(stiffness.dofs[:, 0], contact.labels) & (stiffness.dofs[:, 1] == 3)
         rows &= stiffness.K.diagonal() < DEFAULT.constrained_diagonal
-        held = load_section.held_keys(asked.supports, asked.loads, mesh)
+        held = set(values_of(mesh, asked.supports.copy(), "fixed", valued=False) or ())
+        held.update(*(values_of(mesh, load.copy(), "displacements") or () for load in asked.loads))
         if not set(map(tuple, stiffness.dofs[rows].tolist())) <= held:
             contact = contact_of(asked.contacts, mesh, files, assume_plane=False)
     return ImportContext(stiffness, contact, mesh, files, asked.steps, bool(asked.check.content))

@@ -1,6 +1,6 @@
 """``[[load]]``, ``[supports]`` and ``[check]``: what acts and when, what is held, static runs elsewhere."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -16,7 +16,6 @@ from shakedown.models.importing.contact_section import check_order
 from shakedown.models.importing.stiffness_section import HOOP, ImportContext
 from shakedown.models.readers import nodal_vectors
 from shakedown.models.readers.abaqus import ELEMENT, read_nodal_loads, read_substructure_load
-from shakedown.models.readers.mesh import Mesh
 from shakedown.models.readers.nastran import read_op4_entries
 from shakedown.models.readers.nodal_vectors import NodalVectors, What
 from shakedown.models.readers.text import InputFiles, listed, quoted, read_lines, read_table, unfit
@@ -300,12 +299,6 @@ def _spread(where: str, values: Values, context: ImportContext) -> FloatArray:
     spread = np.zeros(len(context.stiffness.dofs))
     spread[context.rows(where, values)] = list(values.values())
     return spread
-
-
-def held_keys(supports: TomlTable, loads: Sequence[TomlTable], mesh: Mesh) -> set[tuple[int, int]]:
-    """(node, direction) that ``[supports]`` or a prescribed displacement holds; no key is taken here."""
-    held = set(values_of(mesh, supports.copy(), "fixed", valued=False) or ())
-    return held.union(*(values_of(mesh, load.copy(), "displacements") or () for load in loads))
 
 
 def held_rows(supports: TomlTable, context: ImportContext, loads: list[LoadSection]) -> IntArray:

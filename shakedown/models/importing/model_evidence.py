@@ -307,13 +307,19 @@ def model_evidence(
     """What is found of a model with held ``rows``, beside ``warnings`` of its contact and rows left out."""
     held = np.asarray(stiffness.K.diagonal() >= DEFAULT.constrained_diagonal)
     held[rows] = True
+    # a superelement, or a matrix of contact nodes only, should be a condensed one
+    own, sparse = stiffness.are_displacements if stiffness.superelement else ~held, ""
+    if stiffness.superelement or np.isin(stiffness.dofs[own, 0], contact.moved).all():
+        sparse = uncoupled(stiffness.K[own][:, own], stiffness.dofs[own, 0])
+    if sparse:
+        warnings = (*warnings, f"the matrix should be a condensed one, but {sparse}")
     return ModelEvidence(
         bodies=bodies_of(stiffness, held, contact, mesh),
         patches=contact.numbers,
         pairs=tuple(distances_of(part, mesh) for part in contact.parts),
         rigid_residual=rigid_residual(stiffness, mesh, contact.axes),
         alone=stiffness.dofs[alone],
-        warnings=(*warnings, *_too_sparse(stiffness, held, contact), *model_doubts(stiffness, contact, mesh)),
+        warnings=(*warnings, *model_doubts(stiffness, contact, mesh)),
     )
 
 
@@ -444,18 +450,18 @@ def model_doubts(stiffness: Stiffness, contact: ContactSection, mesh: Mesh) -> I
     yield from _touching(stiffness, contact, mesh)
     if not mesh.elements or stiffness.superelement or mesh.equations or mesh.rotated:
         return
-    inside = _inside(stiffness, mesh)
+    # rows of nodes of elements all of whose nodes have free rows in all their directions
+    dofs = stiffness.dofs
+    free = (stiffness.K.diagonal() < DEFAULT.constrained_diagonal) & np.isin(dofs[:, 1], (1, 2, 3))
+    labels, count = np.unique(dofs[free, 0], return_counts=True)
+    there = set(labels[count == count.max(initial=0)].tolist())
+    elements = [nodes for _, nodes in mesh.elements.values()]
+    lacking = {node for nodes in elements if not there.issuperset(nodes) for node in nodes}
+    known = {node for nodes in elements for node in nodes} & there
+    inside = np.isin(dofs[:, 0], list(known - lacking))
     if inside.any():
         yield from _resisting(stiffness, mesh, inside)
         yield from _out_of_size(stiffness, mesh, inside)
-
-
-def _too_sparse(stiffness: Stiffness, held: NDArray[np.bool_], contact: ContactSection) -> Iterator[str]:
-    """A warning where a superelement, or a matrix of contact nodes only, hardly is a condensed one."""
-    own = stiffness.are_displacements if stiffness.superelement else ~held
-    if stiffness.superelement or np.isin(stiffness.dofs[own, 0], contact.moved).all():
-        found = uncoupled(stiffness.K[own][:, own], stiffness.dofs[own, 0])
-        yield from [f"the matrix should be a condensed one, but {found}"] if found else []
 
 
 def _out_of_size(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) -> Iterator[str]:
@@ -523,15 +529,3 @@ def _touching(stiffness: Stiffness, contact: ContactSection, mesh: Mesh) -> Iter
             f"nodes of two bodies lie at one place and are no pair of the contact ({len(alone)} times, first "
             f"{alone[0][0]} and {alone[0][1]}): the bodies pass through each other there"
         )
-
-
-def _inside(stiffness: Stiffness, mesh: Mesh) -> NDArray[np.bool_]:
-    """Rows of nodes of elements all of whose nodes have free rows in all their directions, (N,)."""
-    dofs = stiffness.dofs
-    free = (stiffness.K.diagonal() < DEFAULT.constrained_diagonal) & np.isin(dofs[:, 1], (1, 2, 3))
-    labels, count = np.unique(dofs[free, 0], return_counts=True)
-    there = set(labels[count == count.max(initial=0)].tolist())
-    elements = [nodes for _, nodes in mesh.elements.values()]
-    lacking = {node for nodes in elements if not there.issuperset(nodes) for node in nodes}
-    known = {node for nodes in elements for node in nodes} & there
-    return np.isin(dofs[:, 0], list(known - lacking))

@@ -7,7 +7,7 @@ wedge without what the stress around the circumference carries. Abaqus takes and
 whole circumference.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -56,6 +56,16 @@ def _circumference(mesh: Mesh, format: str, scale: float | None, where: str) -> 
             f"({factor:g}), found {scale:g}; leave it out"
         )
     return factor
+
+
+def circumference_notes(stiffness: Stiffness, mesh: Mesh) -> Iterator[str]:
+    """What a user should know of the import of an axisymmetric model."""
+    if mesh.axisymmetric:
+        times = stiffness.circumference
+        yield (
+            f"axisymmetric: the matrix is that of {360 / times:g} degrees, taken {times:g} times; forces and "
+            "reactions are those on the whole circumference, areas 2 pi r times a length"
+        )
 
 
 @dataclass(frozen=True)

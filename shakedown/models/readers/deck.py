@@ -27,6 +27,9 @@ from shakedown.models.readers.mesh import (
 from shakedown.models.readers.text import integers, listed, number, quoted, read_lines, unfit
 
 _TYPE = re.compile(r"(C3D|CPEG|CPE|CPS|CGAX|CAX)(\d{1,3})")
+# shapes by the count of nodes; others have no faces here
+_SOLID = {4: "tetrahedron", 10: "tetrahedron", 6: "wedge", 15: "wedge", 8: "hexahedron", 20: "hexahedron"}
+_FLAT = {3: "triangle", 6: "triangle", 4: "quadrilateral", 8: "quadrilateral"}
 _REVOLVED = re.compile(r"(CG?|S|MG?|R|SFMG?)AX\d")  # element types of bodies of revolution
 _OPENING = re.compile(r"\s*\*(NODE\s*(,|$)|INCLUDE\s*,|HEADING)", re.IGNORECASE)
 _INCLUDE = re.compile(r"\*INCLUDE\s*(?:,\s*INPUT\s*=\s*\"?([^\",]+))?", re.IGNORECASE)
@@ -287,7 +290,7 @@ class _Deck:
                 continue
             match, made[k] = _TYPE.match(card.name("TYPE")), []
             count = int(match[2]) if match else 0
-            shape = _shape_of(count, solid=match is not None and match[1] == "C3D")
+            shape = (_SOLID if match is not None and match[1] == "C3D" else _FLAT).get(count, "")
             read: list[str] = []
             for where, fields in card.data:
                 read += [text for text in fields if text]
@@ -361,13 +364,6 @@ class _Deck:
         return int(own[0])
 
 
-def _shape_of(count: int, *, solid: bool) -> str:
-    """The shape of an element with so many nodes; "" where it has no faces here."""
-    solids = {4: "tetrahedron", 10: "tetrahedron", 6: "wedge", 15: "wedge", 8: "hexahedron", 20: "hexahedron"}
-    plane = {3: "triangle", 6: "triangle", 4: "quadrilateral", 8: "quadrilateral"}
-    return (solids if solid else plane).get(count, "")
-
-
 def _members(card: Card, most: int | None = None) -> list[_Members]:
     """The members on the data lines of a card, the first ``most`` of each line."""
     lines = ((where, [text for text in fields[:most] if text]) for where, fields in card.data)
@@ -398,7 +394,11 @@ def resolved(lists: Mapping[str, list[_Members]], known: Labels, others: Sets | 
         members: list[int] = []
         for where, fields, generate in entries:
             if generate:
-                members += _generated(fields, known, where)
+                first, last, stride = [*integers(fields[:3], where), 1][:3] if len(fields) > 1 else (0, -1, 1)
+                if stride < 1 or last < first:
+                    raise unfit(where, "'first, last, step' of a set", quoted(",".join(fields)))
+                inside = (known >= first) & (known <= last) & ((known - first) % stride == 0)
+                members += np.sort(known[inside]).tolist()
                 continue
             for text in fields:
                 instance, _, own = text.rpartition(".")
@@ -412,15 +412,6 @@ def resolved(lists: Mapping[str, list[_Members]], known: Labels, others: Sets | 
                     members.append(label)
         found[name] = np.array(members, dtype=np.intp)
     return found
-
-
-def _generated(fields: list[str], known: Labels, where: str) -> list[int]:
-    """The existing labels among those that 'first, last, step' stands for."""
-    first, last, stride = [*integers(fields[:3], where), 1][:3] if len(fields) > 1 else (0, -1, 1)
-    if stride < 1 or last < first:
-        raise unfit(where, "'first, last, step' of a set", quoted(",".join(fields)))
-    inside = known[(known >= first) & (known <= last) & ((known - first) % stride == 0)]
-    return [int(label) for label in np.sort(inside)]
 
 
 def _rows(path: str | os.PathLike[str], size: int | None) -> Labels:

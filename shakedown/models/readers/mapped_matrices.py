@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.files.npz import read_array, read_header
@@ -142,7 +141,7 @@ def _listed(path: str | os.PathLike[str], size: int | None) -> IntArray:
     return _of_columns(np.array(table, dtype=float), size, name)
 
 
-def _of_columns(table: NDArray[np.float64], size: int | None, name: str) -> IntArray:
+def _of_columns(table: FloatArray, size: int | None, name: str) -> IntArray:
     """The map of columns equation (where there are three), node, direction; or of the nodes alone."""
     if table.shape[1] > 3 or not (np.abs(table) < LARGEST_WHOLE).all() or (table != np.round(table)).any():
         raise unfit(name, "whole numbers in one to three columns", "others")
@@ -189,11 +188,7 @@ def implied_rows(nodes: IntArray, size: int | None, name: str) -> IntArray:
     return np.column_stack([nodes, directions])
 
 
-def is_matrix_market(text: str) -> bool:
-    """Whether a text begins as Matrix Market does."""
-    return text.lstrip().lower().startswith("%%matrixmarket")
-
-
+_MARKET = re.compile(r"\s*%%matrixmarket", re.IGNORECASE)
 _BANNER = re.compile(
     r"%%matrixmarket\s+matrix\s+(coordinate|array)\s+(real|integer)\s+(general|symmetric)\s*$", re.IGNORECASE
 )
@@ -394,7 +389,7 @@ _OF_MARKET: dict[str, Callable[..., Any]] = {"stiffness": read_matrix_market, "r
 _BOEING, _NUMBERED = {"stiffness": read_harwell_boeing}, {"stiffness": read_calculix_storage}
 FORMATS = (
     Format("npy", "an array of NumPy", {"rows": _array}, begins=re.compile("\x93NUMPY").match),
-    Format("matrix-market", "Matrix Market", _OF_MARKET, ("rows",), begins=is_matrix_market),
+    Format("matrix-market", "Matrix Market", _OF_MARKET, ("rows",), begins=_MARKET.match),
     Format("harwell-boeing", "Harwell-Boeing", _BOEING, ("rows",), begins=is_harwell_boeing),
     Format("numbered", "Abaqus COORDINATE, CalculiX .sti", _NUMBERED, ("rows",), begins=_begins_with_entry),
     Format("rows", "a list of rows", {"rows": _listed}),

@@ -349,20 +349,16 @@ def read_nastran_dmig(
     if form not in (1, 6) or kind not in _REAL:
         expected = f"{shown} square or symmetric (form 1, 6) and real (type 1, 2)"
         raise unfit(where, expected, f"form {form}, type {kind}")
-    entries = list(_entries([card for card in own if card not in header], name))
+    entries = []  # (node, direction) of the row and of the column, and the value
+    for k, fields in (card for card in own if card not in header):
+        where = f"{name}: line {k}"
+        column = integers([fields[1], fields[2] or "0"], where)
+        for group in range(4, len(fields), 4):
+            node, direction, value = fields[group : group + 3]
+            if node or value:
+                entries.append((integers([node, direction or "0"], where), column, number(value, where)))
     rows, columns, values = map(np.array, zip(*entries, strict=True))
     return from_entries(rows, columns, values, name, "Nastran DMIG")
-
-
-def _entries(own: list[tuple[int, list[str]]], name: str) -> Iterator[tuple[list[int], list[int], float]]:
-    """(node, direction) of the row and of the column, and the value, of all entries on cards of columns."""
-    for k, fields in own:
-        where = f"{name}: line {k}"
-        column, entries = integers([fields[1], fields[2] or "0"], where), fields[4:]
-        for group in range(0, len(entries), 4):
-            node, direction, value = entries[group : group + 3]
-            if node or value:
-                yield integers([node, direction or "0"], where), column, number(value, where)
 
 
 _HEADER = re.compile(

@@ -251,23 +251,19 @@ def unit_displacement_stiffness(
     if error > DEFAULT.printed_digits:
         found = f"an asymmetry of {error:.2g}, whether the steps go node by node or direction by direction"
         raise unfit("unit displacements", "a symmetric stiffness", found)
+    K = 0.5 * K + 0.5 * K.T
+    eigenvalues, modes = np.linalg.eigh(K)
+    rigid = np.abs(eigenvalues) <= DEFAULT.printed_digits * eigenvalues[-1]  # drown in the printed digits
+    if rigid.any():
+        K = K - (modes[:, rigid] * eigenvalues[rigid]) @ modes[:, rigid].T
     dofs = np.column_stack([np.repeat(nodes, d), np.tile(axes, n)]).astype(np.intp)
     return Stiffness(
-        sparse.csr_array(_with_rigid_motions(0.5 * K + 0.5 * K.T)),
+        sparse.csr_array(K),
         dofs,
         "reactions to unit displacements",
         superelement=True,
         accuracy=SEVEN_DIGITS,
     )
-
-
-def _with_rigid_motions(K: FloatArray) -> FloatArray:
-    """The stiffness with exact rigid motions: eigenvalues that drown in the printed digits become zero."""
-    eigenvalues, modes = np.linalg.eigh(K)
-    rigid = np.abs(eigenvalues) <= DEFAULT.printed_digits * eigenvalues[-1]
-    if not rigid.any():
-        return K
-    return K - (modes[:, rigid] * eigenvalues[rigid]) @ modes[:, rigid].T
 
 
 def read_frd(path: str | os.PathLike[str], what: What = "displacements") -> list[NodalVectors]:

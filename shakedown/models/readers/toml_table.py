@@ -160,15 +160,12 @@ class TomlTable:
         value = self.take(key, "a table", required=required, fits=lambda value: isinstance(value, dict))
         return TomlTable(value or {}, f"{self.where}: {key}")
 
-    def tables(self, key: str) -> list["TomlTable"]:
-        """A list of tables."""
+    def tables(self, key: str, *, one: bool = False) -> list["TomlTable"]:
+        """A list of tables; or ``one``."""
+        if one and not (self.content.get(key) and isinstance(self.content[key], list)):
+            return [self.table(key)]
         value = self.take(key, "a list of tables", required=True, fits=lambda value: is_list_of(dict, value))
         return [TomlTable(v, f"{self.where}: {key} {k}") for k, v in enumerate(value, start=1)]
-
-    def one_or_more(self, key: str) -> list["TomlTable"]:
-        """A table, or a list of tables."""
-        value = self.content.get(key)
-        return self.tables(key) if value and isinstance(value, list) else [self.table(key)]
 
     def has(self, key: str) -> bool:
         """Whether a key is there and has not been taken."""

@@ -335,7 +335,7 @@ def test_a_matrix_that_is_not_elastic_is_refused(example):
         ("LEFT = 0.1, BLOCK_TOP = 0.2", "found 1/1073 in 'LEFT' and 'BLOCK_TOP'"),
         ("LEFT = 0.1, NONE = 0.2", "expected the node set or surface 'NONE'"),
         ("LEFT = 0.1, BLOCK_FOOT = 0.2", "expected contact nodes in the set 'BLOCK_FOOT', found none"),
-        ("", "expected a number for each node set, found {}"),
+        ("", "a table with a number for each node set, found {}"),
     ],
 )
 def test_friction_by_node_sets(example, sets, message):

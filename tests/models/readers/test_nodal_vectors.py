@@ -56,7 +56,7 @@ def test_a_result_file_has_reactions_apart_from_displacements(tmp_path):
     [
         ("-1.42857E-01", "", "line 10: expected a node with three numbers"),
         ("-1.42857E-01", "-1.4x857E-01", "line 10: expected a number, found '-1.4x857E-01'"),
-        (" 1\n -4", " 7\n -4", "expected a block in text form that ends with -3, found the format '7'"),
+        (" 1\n -4", " 7\n -4", r"expected a block in text form \(\*NODE FILE\), found the format '7'"),
         (f"{1042:10d}", f"{7:10d}", "expected every node once at time 1, found node 7 twice"),
     ],
 )
