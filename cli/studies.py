@@ -26,7 +26,7 @@ from .options import option
     "0 computed; 1 states are undecided; 2 bad usage or bad input.",
 )
 @options.problem
-@option("--load-factor", type=options.NUMBERS, required=True, help="Load factor λ ≥ 0, or LOW:HIGH:COUNT.")
+@option("--load-factor", type=float, required=True, help="Load factor λ ≥ 0.")
 @option("--states", type=click.IntRange(min=1), default=1024, help="Number of initial states.")
 @option(
     "--grid",
@@ -56,7 +56,7 @@ from .options import option
 @options.picture
 def map_command(
     problem: Problem,
-    load_factor: FloatArray,
+    load_factor: float,
     grid: tuple[str, str] | None,
     sampler: str | None,
     cycles: int,
@@ -71,11 +71,10 @@ def map_command(
     share of these that shakes down, the dissipation of the others, their limit cycles.
     """
     options.pieces_of(output, settings["resume"])
-    factors: Any = load_factor.tolist()
     with progress("pieces") as update, cluster_executor(scheduler) as executor:
         found = shakedown.initial_state_map(
             problem,
-            factors[0] if len(factors) == 1 else factors,
+            load_factor,
             sampler=sampler or ("grid" if grid is not None else "sobol"),
             coordinates=None if grid is None else _places(problem, grid),
             path=output,
@@ -84,12 +83,11 @@ def map_command(
             progress=update,
             **settings,
         )
-    maps: Any = getattr(found, "maps", (found,))
-    draw(picture, "basin" if found in maps else "shakedown_share", found)
+    draw(picture, "basin", found)
     return Answer(
         found.to_dict,
         partial(map_sheet, problem, found),
-        is_open=any(one.undecided or "undecided" in one.named.values() for one in maps),
+        is_open=bool(found.undecided or "undecided" in found.named.values()),
     )
 
 

@@ -14,11 +14,21 @@ a module below computes what is drawn, ``style`` holds what all pictures share (
 - slip space, reaction space: ``planes``
 - design diagrams, maps of initial states: ``designs``
 - inside a page: ``inline_svg``, ``patch_places`` (the view in three dimensions)
-- without a window: ``backend``
 """
+
+import os
+import sys
+from contextlib import suppress
 
 import lazy_loader
 
-import shakedown.plot.backend  # noqa: F401  before matplotlib
+if "matplotlib" not in sys.modules and "MPLBACKEND" in os.environ:
+    # pictures need no window, so a name that matplotlib does not know must not stop its import
+    wanted = os.environ.pop("MPLBACKEND")
+    import matplotlib
+
+    os.environ["MPLBACKEND"] = wanted
+    with suppress(ValueError):
+        matplotlib.rcParams["backend"] = wanted
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

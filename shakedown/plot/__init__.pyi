@@ -10,7 +10,6 @@ from .along import slip_range as slip_range
 from .along import zones as zones
 from .designs import basin as basin
 from .designs import regions as regions
-from .designs import shakedown_share as shakedown_share
 from .joint import contact as contact
 from .joint import loads_in_time as loads_in_time
 from .joint import sensitivity as sensitivity

@@ -20,7 +20,7 @@ from shakedown.joint.result import Result
 from shakedown.joint.units import units_of
 from shakedown.plot import style
 from shakedown.plot.paths import of_kind
-from shakedown.plot.style import axes_for, finished, node_name
+from shakedown.plot.style import axes_for, node_name
 
 
 def basin(found: Result, *, ax: Axes | None = None) -> Axes:
@@ -116,32 +116,6 @@ def _drawn(found: Any, axes: Axes, points: FloatArray, values: Any, **look: Any)
     size = float(np.clip(4000.0 / len(points), 1.0, 12.0))
     x, y = points[~values.mask].T
     return axes.scatter(x, y, s=size, c=values.compressed(), lw=0, rasterized=True, **look)
-
-
-def shakedown_share(found: Result, *, ax: Axes | None = None) -> Axes:
-    """The share of initial states that shakes down against the load factor, with its confidence interval.
-
-    Parameters
-    ----------
-    found
-        Maps of initial states at several load factors.
-    ax
-        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> from shakedown import plot
-    >>> maps = shakedown.initial_state_map(shakedown.example("two-node"), [0.6, 0.8], states=8)
-    >>> plot.shakedown_share(maps).get_xlabel()
-    'load factor λ'
-    """
-    axes, maps = axes_for(ax), of_kind(found, "InitialStateMaps")
-    percent, interval = 100.0 * maps.shakedown_fraction, 100.0 * maps.interval
-    axes.fill_between(maps.load_factors, *interval.T, color=style.BLUE, alpha=0.2, label="95 % interval")
-    axes.plot(maps.load_factors, percent, "o-", color=style.BLUE, ms=4, label="shakes down")
-    axes.set_ylim(-3.0, 103.0)
-    return finished(axes, "load factor λ", "initial states [%]")
 
 
 REGIONS = (  # from the outside in: each lies within the one before

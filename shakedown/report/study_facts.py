@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shakedown.bounds.registry import BOUNDS, Claim
-from shakedown.ground.shown_values import DIGITS, at_lambda, count, shortened, sized, with_unit
+from shakedown.ground.shown_values import DIGITS, count, shortened, sized, with_unit
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.constraints import SIDE_NAMES
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from shakedown.bounds.enumeration.critical import CriticalLoadFactors
     from shakedown.ground.constants import FloatArray
     from shakedown.joint.problem import Problem
-    from shakedown.studies.basin_map import InitialStateMap, InitialStateMaps
+    from shakedown.studies.basin_map import InitialStateMap
     from shakedown.studies.refined import Refinement
     from shakedown.studies.sweep import Sweep
 
@@ -92,46 +92,30 @@ REGION_TYPES = {
 KNOWN = {True: "yes", False: "no", None: "not known"}
 
 
-def map_sheet(problem: Problem, found: InitialStateMap | InitialStateMaps) -> Sheet:
-    """All that is known of one load factor; of several the outcomes and shares, a row for each."""
-    from shakedown.studies.basin_map import InitialStateMaps  # loads the solvers
-
-    path = [notes.one_path] * problem.is_domain
-    if isinstance(found, InitialStateMaps):
-        return Sheet(headline(problem), sections=_over_load_factors(found, path))
-    said = [notes.grid] * (found.sampling.sampler == "grid") + [notes.share]
+def map_sheet(problem: Problem, found: InitialStateMap) -> Sheet:
+    """All that is known of a map."""
+    said = [notes.one_path] * problem.is_domain
+    said += [notes.grid] * (found.sampling.sampler == "grid") + [notes.share]
     said += [notes.untried] * bool(found.same_outcome)
     said += [notes.spread] if found.limit_cycles else []
-    sections = [_limit_cycles(found), Section(notes=[*path, *said])]
+    sections = [_limit_cycles(found), Section(notes=said)]
     return Sheet(headline(problem), [share(found)], None, map_facts(found), sections)
 
 
 def share(found: InitialStateMap) -> str:
-    """Of how many initial states, chosen how, which share shakes down."""
-    begin = f"At λ = {found.load_factor:.10g}: of {states(found)}"
-    part, interval = _share(found)
-    known = f" (95 %: {interval})" if interval != "–" else ""
-    return f"{begin} none is decided." if part == "–" else f"{begin} {part} shake down{known}."
-
-
-def _share(found: InitialStateMap) -> tuple[str, str]:
-    """The share of the states that shakes down, and its 95 % confidence interval; dashes where not known."""
-    low, high = found.interval
+    """Of how many initial states, chosen how, which share shakes down, with its 95 % confidence interval."""
+    centre, (low, high) = found.sampling.centre_is, found.interval
+    where = SAMPLED[found.sampling.sampler].format(f"{'the ' * ('safe' in centre)}{centre}")
+    begin = f"At λ = {found.load_factor:.10g}: of {count(found.sampling.states, 'initial state')} {where}"
     if found.undecided == found.sampling.states:
-        return "–", "–"
-    return per_cent(found.shakedown_fraction), "–" if low != low else f"{100 * low:.1f}–{100 * high:.1f} %"
+        return f"{begin} none is decided."
+    known = "" if low != low else f" (95 %: {100 * low:.1f}–{100 * high:.1f} %)"
+    return f"{begin} {per_cent(found.shakedown_fraction)} shake down{known}."
 
 
 def per_cent(part: float) -> str:
     """A share of the states in per cent."""
     return f"{100 * part:.1f} %"
-
-
-def states(found: InitialStateMap) -> str:
-    """How many initial states there are, and where."""
-    centre = found.sampling.centre_is
-    where = SAMPLED[found.sampling.sampler].format(f"{'the ' * ('safe' in centre)}{centre}")
-    return f"{count(found.sampling.states, 'initial state')} {where}"
 
 
 def map_facts(found: InitialStateMap) -> list[Fact]:
@@ -188,36 +172,6 @@ def _limit_cycles(found: InitialStateMap) -> Section:
         ],
     }
     return Section("", (), [Table.of(columns, ("limit cycle", "reached", "slip at"))])
-
-
-def _over_load_factors(found: InitialStateMaps, path: list[str]) -> list[Section]:
-    """Outcomes of the named states, and the shares, a row per load factor."""
-    maps, first = found.maps, found.maps[0]
-    load_factors = {"λ": [number(one.load_factor, DIGITS) for one in maps]}
-    named = {f"from {STATES[name]}": [str(one.named[name]) for one in maps] for name in first.sampling.named}
-    parts, intervals = zip(*map(_share, maps), strict=True)
-    shares = {
-        "shake down": parts,
-        "95 %": intervals,
-        "separate": [str(one.outcomes.get("separation", 0)) for one in maps],
-        "undecided": [str(one.undecided) for one in maps],
-        "cycles": [str(sum(each.outcome != "separation" for each in one.limit_cycles)) for one in maps],
-        "dissipation ≤": [
-            number(without_round_off(one.dissipation_quartiles[-1:], work_that_is_none(one))[0])
-            for one in maps
-        ],
-    }
-    if first.slip_below is not None:
-        met = [one.slip_criterion["met_fraction"] for one in maps if one.slip_criterion is not None]
-        shares[f"below {number(first.slip_below)}"] = [per_cent(part) for part in met]
-    facts = [Fact("at every load factor", states(first))]
-    for each in found.missing:
-        facts.append(Fact(at_lambda(each["load_factor"]), "no energy ball", note=each["reason"]))
-    table = Table.of(load_factors | shares, ())
-    return [
-        Section(tables=[Table.of(load_factors | named, list(named))]),
-        Section("", facts, [table], [notes.share, *path]),
-    ]
 
 
 def work_that_is_none(found: InitialStateMap) -> float:

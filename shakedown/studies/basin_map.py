@@ -2,14 +2,13 @@
 
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
 from importlib.metadata import version
 from math import inf, nan
-from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +24,6 @@ from shakedown.ground.work_limit import all_cores
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.constraints import constraints
 from shakedown.joint.problem import Problem
-from shakedown.joint.result import Result
 from shakedown.long_term.find_state import LongTermStates, long_term_states
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.simulation import check_slip_below, slip_criterion
@@ -228,44 +226,6 @@ def _quartiles(values: FloatArray) -> FloatArray:
     return np.quantile(known, [0.0, 0.25, 0.5, 0.75, 1.0]) if len(known) else np.full(5, np.nan)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class InitialStateMaps(Result):
-    """Maps of initial states over a range of load factors.
-
-    Attributes
-    ----------
-    maps
-        One for each load factor that has one, in the order asked for.
-    missing
-        The other load factors, at which there is no energy ball to draw states from: number among those asked
-        for, λ, and what there is instead of the ball.
-    """
-
-    TABLE: ClassVar[str] = "load_factors shakedown_fraction interval"
-
-    maps: tuple[InitialStateMap, ...]
-    missing: tuple[dict[str, Any], ...] = ()
-
-    @property
-    def load_factors(self) -> FloatArray:
-        """λ, (k,)."""
-        return np.array([one.load_factor for one in self.maps])
-
-    @property
-    def shakedown_fraction(self) -> FloatArray:
-        """Share of the states that shake down at each load factor, (k,)."""
-        return np.array([one.shakedown_fraction for one in self.maps])
-
-    @property
-    def interval(self) -> FloatArray:
-        """Its confidence interval at each load factor, (k, 2)."""
-        return np.array([one.interval for one in self.maps])
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything but the states themselves, for JSON."""
-        return {"maps": [one.to_dict() for one in self.maps], "missing": plain(self.missing)}
-
-
 RANGES: dict[str, float] = {  # slip ranges of states that need not be followed once more for them
     Outcome.SHAKEDOWN: 0.0,
     Outcome.RATCHETTING: inf,
@@ -276,7 +236,7 @@ RANGES: dict[str, float] = {  # slip ranges of states that need not be followed 
 @checked
 def initial_state_map(
     problem: Problem,
-    load_factor: float | Sequence[float],
+    load_factor: float,
     *,
     states: int = 1024,
     sampler: str = Sampler.SOBOL,
@@ -292,7 +252,7 @@ def initial_state_map(
     slip_below: float | None = None,
     progress: Callable[[int, int], None] | None = None,
     tolerances: Tolerances = DEFAULT,
-) -> InitialStateMap | InitialStateMaps:
+) -> InitialStateMap:
     """What becomes of a joint from many initial states (thesis §7.2.1, §7.2.2).
 
     Parameters
@@ -300,9 +260,9 @@ def initial_state_map(
     problem
         The joint and its loading.
     load_factor
-        λ ≥ 0, or several: then a map is made at each of them where the sampler has states.
+        λ ≥ 0.
     states
-        Number of initial states at each load factor, beside slip zero, the given and the critical state,
+        Number of initial states beside slip zero, the given and the critical state,
         which every map begins with. A grid has the largest square number up to it.
     sampler
         How they are chosen, as described at :class:`Sampler`: ``"grid"``, ``"sobol"``,
@@ -344,9 +304,8 @@ def initial_state_map(
     Raises
     ------
     UsageError
-        If an argument is out of range, a ball is asked for and none of the load factors has
-        one, the file cannot be written, an unfinished run is kept there and not resumed, or
-        processes cannot begin to work.
+        If an argument is out of range, a ball is asked for and there is none, the file cannot
+        be written, an unfinished run is kept there and not resumed, or processes cannot begin to work.
     SolverError
         If a worker dies.
 
@@ -360,81 +319,67 @@ def initial_state_map(
     >>> cycle.slipping_nodes, cycle.period, cycle.coincide
     ((1,), 1, False)
     """
-    several = isinstance(load_factor, Sequence | np.ndarray)
-    factors: list[float] = [*load_factor] if several else [load_factor]  # type: ignore[misc, list-item]
-    if not factors:
-        raise UsageError("load factor: expected at least one, found none")
-    for factor in factors:
-        check_load_factor(factor, problem)
+    check_load_factor(load_factor, problem)
     if slip_below is not None:
         check_slip_below(slip_below)
     target = None if path is None else check_target(path)
     pair = FIRST_TWO if coordinates is None else coordinates
     patience = max_cycles, longest_period, tolerances
-    wanted = [Sampling(problem, x, sampler, states, seed, pair, reach, *patience) for x in factors]
-    chosen = tuple(one for one in wanted if not one.missing_ball)
-    if not chosen:
-        at, found = wanted[0].load_factor, wanted[0].missing_ball
-        raise UsageError(f"sampler ball: expected a finite energy ball at load factor {at:g}, found {found}")
+    chosen = Sampling(problem, load_factor, sampler, states, seed, pair, reach, *patience)
+    if found := chosen.missing_ball:
+        at = f"at load factor {load_factor:g}"
+        raise UsageError(f"sampler ball: expected a finite energy ball {at}, found {found}")
     threads = 1
     if executor is None and workers is None:
         if problem.directions == 1:  # processes take several times as much of the processor
             threads, workers = all_cores(), 1
         # states times nodes squared in space: a few seconds, as long as processes take to start
-        elif len(chosen) * chosen[0].states * problem.n**2 < 1 << 13:
+        elif chosen.states * problem.n**2 < 1 << 13:
             workers = 1
     work = MapPieces(chosen, slip_below is not None, threads)
     run: dict[str, Any] = {"executor": executor, "workers": workers, "progress": progress}
     run |= {"settings": (work.settings(), work.size), "output": target, "resume": resume}
     with run_pieces(work, work.count, **run) as pieces:
-        columns = {key: np.concatenate([piece[key] for piece in pieces]) for key in pieces[0]}
+        columns: dict[str, Any] = {key: np.concatenate([piece[key] for piece in pieces]) for key in pieces[0]}
         if target is not None:
-            _write(target, work, columns)
-    maps, each = [], chosen[0].rows
-    for k, one in enumerate(chosen):
-        own: dict[str, Any] = {key: column[k * each : (k + 1) * each] for key, column in columns.items()}
-        cycles = limit_cycles(one, own)
-        own |= {"load_factor": one.load_factor, "sampling": one, "slip_below": slip_below}
-        maps.append(InitialStateMap(**own, limit_cycles=cycles))
-    missing = tuple(
-        {"place": k, "load_factor": one.load_factor, "reason": one.missing_ball}
-        for k, one in enumerate(wanted)
-        if one.missing_ball
+            settings = work.settings()
+            about = {"load_factor": chosen.load_factor, "named": settings["named"]}
+            about["settings"] = json.dumps(settings, ensure_ascii=False)
+            with atomic_write(target) as file:
+                np.savez(file, allow_pickle=False, **columns, **about)
+    return InitialStateMap(
+        load_factor=chosen.load_factor,
+        **columns,
+        sampling=chosen,
+        slip_below=slip_below,
+        limit_cycles=limit_cycles(chosen, columns),
     )
-    return InitialStateMaps(tuple(maps), missing) if several else maps[0]
 
 
 @dataclass(frozen=True)
 class MapPieces:
-    """A function from the number of a piece to its long-term states, by load factor and state."""
+    """A function from the number of a piece to its long-term states."""
 
-    samplings: tuple[Sampling, ...]
+    sampling: Sampling
     slip_ranges: bool = False  # whether to follow every state that does not come to rest once more for them
     threads: int = 1  # that share a piece
 
     @property
     def size(self) -> int:
         """States in one piece: about a second of work."""
-        problem = self.samplings[0].problem
+        problem = self.sampling.problem
         # times the work of a state in the plane, with correspondingly fewer states in a piece
         return BLOCK * max(1, 256 // (problem.n if problem.directions == 1 else 16 * problem.n))
 
     @property
-    def of_each(self) -> int:
-        """Pieces of each load factor: one for the states with a name, then the others."""
-        return 1 + -(-self.samplings[0].states // self.size)
-
-    @property
     def count(self) -> int:
-        """Number of pieces."""
-        return len(self.samplings) * self.of_each
+        """Number of pieces: one for the states with a name, then the others."""
+        return 1 + -(-self.sampling.states // self.size)
 
     def __call__(self, number: int) -> Arrays:
-        which, part = divmod(number, self.of_each)
-        chosen = self.samplings[which]
-        slips = np.array(list(chosen.named.values()))
-        if part:
-            slips = chosen.slips((part - 1) * self.size, part * self.size)
+        chosen, slips = self.sampling, np.array(list(self.sampling.named.values()))
+        if number:
+            slips = chosen.slips((number - 1) * self.size, number * self.size)
         found = long_term_states(
             chosen.problem, chosen.load_factor, slips, **chosen.patience, threads=self.threads
         )
@@ -446,13 +391,12 @@ class MapPieces:
 
     def settings(self) -> dict[str, Any]:
         """Everything that the states depend on, to repeat them and to distinguish maps."""
-        first, rest = self.samplings[0], ("problem", "load_factor", "tolerances")
+        chosen, rest = self.sampling, ("problem", "tolerances")
         return {
-            "problem_sha256": first.problem.fingerprint,
-            "load_factors": [chosen.load_factor for chosen in self.samplings],
-            **{each.name: getattr(first, each.name) for each in fields(first) if each.name not in rest},
-            "tolerances": asdict(first.tolerances),
-            "named": list(first.named),
+            "problem_sha256": chosen.problem.fingerprint,
+            **{each.name: getattr(chosen, each.name) for each in fields(chosen) if each.name not in rest},
+            "tolerances": asdict(chosen.tolerances),
+            "named": list(chosen.named),
             "slip_ranges": self.slip_ranges,
             "version": version("shakedown-bounds"),
         }
@@ -463,16 +407,3 @@ def _slip_range(chosen: Sampling, outcome: str, slip: FloatArray) -> float:
     if outcome in RANGES:
         return RANGES[outcome]
     return slip_criterion(chosen.state(slip), inf, chosen.tolerances).largest
-
-
-def _write(path: Path, work: MapPieces, columns: Arrays) -> None:
-    """Write a map; equal ones are equal files."""
-    settings = work.settings()
-    factors, rows = settings["load_factors"], work.samplings[0].rows
-    about = {
-        "load_factor": factors[0] if len(factors) == 1 else np.repeat(factors, rows),
-        "named": settings["named"],
-        "settings": json.dumps(settings, ensure_ascii=False),
-    }
-    with atomic_write(path) as file:
-        np.savez(file, allow_pickle=False, **columns, **about)

@@ -15,12 +15,12 @@ VARY = "--vary: expected NAME= and LOW:HIGH:COUNT or VALUE,VALUE,…, rising, at
 FAST = ("--bounds", "lower,energy,upper")
 
 
-def test_first_it_is_said_where_the_nominal_load_is_proved():
+def test_the_table_says_where_the_nominal_load_is_proved():
     code, out, err = run("sweep", "two-node", "--vary", "f=0.2:0.8:4", *FAST)
     assert (code, err) == (0, "")
     said = " ".join(out.split())
-    assert "at λ = 1 proved from this state f = 0.6, 0.8" in said
-    assert "at λ = 1 impossible f = 0.2, 0.4" in said
+    assert "f at λ = 1 λ_1 this state impossible 0.2 impossible" in said
+    assert "0.6 this state" in said
     assert "Limits are proved at the values given, not between them." in said
     assert max(map(len, out.splitlines())) <= 80
 

@@ -33,12 +33,6 @@ def test_states_anywhere_are_dots():
     assert drawn == 200
 
 
-def test_the_share_is_drawn_with_its_interval():
-    maps = shakedown.initial_state_map(JOINT, [0.6, 0.7, 0.8], states=32)
-    (line,) = plot.shakedown_share(maps).lines
-    np.testing.assert_allclose(line.get_ydata(), 100 * maps.shakedown_fraction)
-
-
 def apart(n):
     """Nodes that do not feel each other; node 0 opens and closes, node 1 stays where it is put."""
     p_w = np.ones((4, n))
