@@ -27,6 +27,7 @@ from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.programs.program import NOWHERE, Solution
+from shakedown.programs.self_dual import USABLE
 from shakedown.programs.simplex import solve, widest
 
 
@@ -83,8 +84,7 @@ def largest_load_factor(
         If there is no end, or one that is not proved and misses its own conditions.
     """
     if (balanced, tolerances) not in rows.solved:  # usually just solved, by the search of the zone
-        limit = _of_half_spaces if rows.in_plane else _of_discs
-        rows.solved[balanced, tolerances] = limit(rows, balanced, tolerances)
+        rows.solved[balanced, tolerances] = _limit(rows, balanced, tolerances)
     found: Largest = rows.solved[balanced, tolerances]
     if certified_for is not None:
         proved = _by_exact_arithmetic if rows.in_plane else _proved
@@ -122,41 +122,64 @@ def relieving(rows: DiscRows) -> bool:
     return bool(np.all(slack >= 0) and np.all(rows.half_spaces.d <= 0))
 
 
-def _of_half_spaces(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> Largest:
-    """The limit of a joint in the plane, by linear programs."""
-    H = rows.half_spaces
-    outcome = solve(load_factor_program(H, towards=-1.0, tolerances=tolerances))
-    found = Largest(
-        outcome.status,
-        nan,
-        x=np.full(H.n, nan),
-        y=np.zeros((0, CONE)),
-        z=np.zeros_like(H.g),
-        carrying=NOWHERE,
-        residual=nan,
-        reduced_accuracy=outcome.reduced_accuracy,
-        end=outcome,
-    )
-    if outcome.status == Status.INFEASIBLE:
-        against = sought(contradiction, H, tolerances)
-        if isinstance(against, Missing):
-            z = np.full_like(H.g, nan)
-            return replace(found, z=z, missing=(f"multipliers: {against.reason}",))
-        return _excluded(rows, found, against.multipliers)
-    least, missing = _least(rows, balanced, tolerances)
-    found = replace(found, least_load_factor=least, missing=missing)
-    if outcome.status == Status.UNBOUNDED:
-        direction = _direction(rows, tolerances)
-        if isinstance(direction, Missing):
-            return replace(found, load_factor=inf, missing=(*missing, f"direction: {direction.reason}"))
-        return _along(rows, found, direction)
-    return replace(
-        found,
-        load_factor=float(outcome.x[-1]),
-        x=outcome.x[:-1],
-        z=outcome.multipliers,
-        carrying=(rows.node, outcome.meeting[0]),
-        residual=rows.relative_excess(outcome.x[:-1], float(outcome.x[-1])),
+def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> Largest:
+    """The limit by programs."""
+    direction = np.zeros(rows.stiffness.shape[-1])
+    if rows.in_plane or not relieving(rows):
+        found = _solved(rows, -1.0, tolerances)
+        if found.status == Status.OPTIMAL:
+            # λ_lo = 0 where λ_max is, as it is no larger
+            least, missing = _least(rows, balanced or not found.load_factor, tolerances)
+            return replace(found, least_load_factor=least, missing=missing)
+        if found.status != Status.UNBOUNDED:
+            return found
+        direction = found.x
+    if rows.in_plane:
+        along, end = _direction(rows, tolerances), found.end
+        least, missing = _least(rows, balanced, tolerances)
+        if isinstance(along, Missing):
+            missing = (*missing, f"direction: {along.reason}")
+            return replace(found, load_factor=inf, residual=nan, least_load_factor=least, missing=missing)
+        direction = along
+    else:
+        start = _solved(rows, +1.0, tolerances)
+        if start.status != Status.OPTIMAL:
+            return start
+        least, missing, end = _unless_safe_at_mean(rows, start, tolerances), (), start.end
+    none, nothing = np.zeros_like(rows.c), np.zeros_like(rows.half_spaces.g)
+    return Largest(
+        Status.UNBOUNDED, inf, direction, none, nothing, NOWHERE, _excess_along(rows, direction),
+        least_load_factor=least, missing=missing, end=end,
+        reduced_accuracy=rows.in_plane and found.reduced_accuracy,
+    )  # fmt: skip
+
+
+def _solved(rows: DiscRows, towards: float, tolerances: Tolerances) -> Largest:
+    """The largest (−1) or the smallest (+1) load factor, or that no slip is safe, which multipliers show.
+
+    By a linear program over the rows in the plane, in space by a cone program over discs.
+    """
+    H, missing = rows.half_spaces, tuple[str, ...]()
+    if rows.in_plane:
+        end: UnscaledSolution | Solution = solve(load_factor_program(H, towards, tolerances))
+        x, at, y, z = end.x[:-1], float(end.x[-1]), np.zeros((0, CONE)), np.zeros_like(H.g)
+        carrying = NOWHERE
+        if end.optimal:
+            z, carrying = end.multipliers, (rows.node, end.meeting[0])
+        elif end.status == Status.INFEASIBLE:
+            against = sought(contradiction, H, tolerances)
+            if isinstance(against, Missing):
+                z, missing = np.full_like(H.g, nan), (f"multipliers: {against.reason}",)
+            else:
+                z, carrying = against.multipliers, (rows.node, np.flatnonzero(against.multipliers))
+    else:
+        usable = tolerances.stored_digits if towards < 0 else USABLE  # the largest is computed anew
+        end = solve_scaled(scaled_discs(rows, towards), usable)
+        x, at, y, z, carrying = end.x, end.load_factor, end.y, end.z, end.carrying
+    residual = rows.relative_excess(x, at) if end.optimal else _imbalance(rows, y, z)
+    reduced = end.reduced_accuracy
+    return Largest(
+        end.status, at, x, y, z, carrying, residual, reduced_accuracy=reduced, missing=missing, end=end
     )
 
 
@@ -171,18 +194,6 @@ def _direction(rows: DiscRows, tolerances: Tolerances) -> FloatArray | Missing:
     return found if isinstance(found, Missing) else found.x
 
 
-def _excluded(rows: DiscRows, found: Largest, z: FloatArray) -> Largest:
-    """No slip is safe in the plane, which multipliers show."""
-    residual, carrying = _imbalance(rows, found.y, z), (rows.node, np.flatnonzero(z))
-    return replace(found, status=Status.INFEASIBLE, z=z, carrying=carrying, residual=residual)
-
-
-def _along(rows: DiscRows, found: Largest, direction: FloatArray) -> Largest:
-    """Slips along a direction are safe at any load factor in the plane."""
-    residual = _excess_along(rows, direction)
-    return replace(found, status=Status.UNBOUNDED, load_factor=inf, x=direction, residual=residual)
-
-
 def _by_exact_arithmetic(problem: Problem, rows: DiscRows, found: Largest, tolerances: Tolerances) -> Largest:
     """The limit of a joint in the plane as exact arithmetic has it, its status included."""
     if not isinstance(found.end, Solution):
@@ -190,60 +201,29 @@ def _by_exact_arithmetic(problem: Problem, rows: DiscRows, found: Largest, toler
     exact = sought(certified_upper, problem, found.end, tolerances)
     if isinstance(exact, Missing):
         return replace(found, uncertified=exact.reason, disputed=isinstance(exact, Disputed))
-    x, z = np.full(len(exact.slip), nan), np.zeros_like(exact.multipliers)
-    blank = replace(found, load_factor=nan, x=x, z=z, carrying=NOWHERE, exact=True)
-    if exact.status == Status.INFEASIBLE:
-        return replace(_excluded(rows, blank, exact.multipliers), least_load_factor=nan, missing=())
-    if found.status == Status.INFEASIBLE:  # at loosened tolerances
-        least, missing = _least(rows, False, tolerances)
-        blank = replace(blank, least_load_factor=least, missing=missing)
-    if exact.status == Status.UNBOUNDED:
-        known = found.status == Status.UNBOUNDED and found.residual <= 0
-        return replace(_along(rows, blank, found.x if known else exact.slip), certified=(inf, inf))
-    x = significant(rows.half_spaces, exact.slip, exact.load_factor, tolerances)[:-1]
-    return replace(
-        blank,
-        status=Status.OPTIMAL,
+    proved = replace(
+        found,
+        status=exact.status,
         load_factor=exact.load_factor,
-        x=x,
+        x=np.full(len(exact.slip), nan),
         z=exact.multipliers,
         carrying=(rows.node, np.array(exact.rows, dtype=np.intp)),
-        residual=rows.relative_excess(x, exact.load_factor),
-        certified=(exact.low, exact.high),
+        exact=True,
     )
-
-
-def _of_discs(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> Largest:
-    """The limit of a joint in space, by cone programs."""
-    direction = np.zeros(rows.stiffness.shape[-1])
-    if not relieving(rows):
-        # re-computed later
-        best = solve_scaled(scaled_discs(rows, -1.0), tolerances.stored_digits)
-        if best.status != Status.UNBOUNDED:
-            known = balanced or not best.load_factor  # λ_lo = 0, as it is no larger than λ_max
-            least, missing = _least(rows, known, tolerances) if best.optimal else (nan, ())
-            return replace(_ended(rows, best), least_load_factor=least, missing=missing)
-        direction = best.x
-    start = solve_scaled(scaled_discs(rows, +1.0))
-    if not start.optimal:
-        return _ended(rows, start)
-    return Largest(
-        Status.UNBOUNDED, inf, direction, np.zeros_like(rows.c), np.zeros_like(rows.half_spaces.g), NOWHERE,
-        residual=_excess_along(rows, direction),
-        least_load_factor=_unless_safe_at_mean(rows, start.x, start.load_factor, tolerances),
-        end=start,
-    )  # fmt: skip
-
-
-def _ended(rows: DiscRows, end: UnscaledSolution) -> Largest:
-    """The limit that a program ends with, or that no slip is safe, which its multipliers show."""
-    excess = rows.relative_excess(end.x, end.load_factor)
-    return Largest(
-        end.status, end.load_factor, end.x, end.y, end.z, end.carrying,
-        residual=excess if end.optimal else _imbalance(rows, end.y, end.z),
-        reduced_accuracy=end.reduced_accuracy,
-        end=end,
-    )  # fmt: skip
+    if exact.status == Status.INFEASIBLE:
+        residual = _imbalance(rows, found.y, exact.multipliers)
+        return replace(proved, residual=residual, least_load_factor=nan, missing=())
+    if found.status == Status.INFEASIBLE:  # at loosened tolerances
+        least, missing = _least(rows, False, tolerances)
+        proved = replace(proved, least_load_factor=least, missing=missing)
+    if exact.status == Status.UNBOUNDED:
+        known = found.status == Status.UNBOUNDED and found.residual <= 0
+        x = found.x if known else exact.slip
+        residual = _excess_along(rows, x)
+    else:
+        x = significant(rows.half_spaces, exact.slip, exact.load_factor, tolerances)[:-1]
+        residual = rows.relative_excess(x, exact.load_factor)
+    return replace(proved, x=x, residual=residual, certified=(exact.low, exact.high))
 
 
 def _least(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> tuple[float, tuple[str, ...]]:
@@ -252,24 +232,16 @@ def _least(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> tuple[floa
     # a safe slip is safe at every smaller load factor; or v = 0 is safe under the mean load
     if balanced or (np.all(still) and np.all(H.g >= 0)) or (rows.in_plane and np.all(H.d >= 0)):
         return 0.0, ()
-    found = sought(_least_program, rows, tolerances)
+    found = sought(_solved, rows, +1.0, tolerances)
     if isinstance(found, Missing):
         return nan, (f"λ_lo: {found.reason}",)
-    optimal, x, at = found
-    return (_unless_safe_at_mean(rows, x, at, tolerances) if optimal else nan), ()
+    return (_unless_safe_at_mean(rows, found, tolerances) if found.status == Status.OPTIMAL else nan), ()
 
 
-def _least_program(rows: DiscRows, tolerances: Tolerances) -> tuple[bool, FloatArray, float]:
-    if rows.in_plane:
-        linear = solve(load_factor_program(rows.half_spaces, towards=+1.0, tolerances=tolerances))
-        return linear.optimal, linear.x[:-1], float(linear.x[-1])
-    end = solve_scaled(scaled_discs(rows, +1.0))
-    return end.optimal, end.x, end.load_factor
-
-
-def _unless_safe_at_mean(rows: DiscRows, x: FloatArray, at: float, tolerances: Tolerances) -> float:
+def _unless_safe_at_mean(rows: DiscRows, found: Largest, tolerances: Tolerances) -> float:
     """The least load factor at which a slip is safe, 0 where this one is so under the mean load."""
-    return 0.0 if rows.relative_excess(x, 0.0) <= tolerances.feasibility else max(at, 0.0)
+    safe = rows.relative_excess(found.x, 0.0) <= tolerances.feasibility
+    return 0.0 if safe else max(found.load_factor, 0.0)
 
 
 def _imbalance(rows: DiscRows, y: FloatArray, z: FloatArray) -> float:
