@@ -374,16 +374,11 @@ def _collapse(
 
 def _vanishing(problem: Problem, upper: Bound, tolerances: Tolerances) -> Bound:
     """The answer where no safe slip is left at λ_max, and no node has lost its range of slips before."""
+    same = ["active", "multipliers", "residual", "certified", "uncertified", "disputed", "reduced_accuracy"]
     return _without_collapse(problem, Status.OPTIMAL, upper.load_factor, tolerances).but(
         reason="all safe slips vanish together at λ_max, before any node collapses",
         collapse_limits=np.full(problem.n, inf),
-        active=upper.active,
-        multipliers=upper.multipliers,
-        residual=upper.residual,
-        certified=upper.certified,
-        uncertified=upper.uncertified,
-        disputed=upper.disputed,
-        reduced_accuracy=upper.reduced_accuracy,
+        **{name: getattr(upper, name) for name in same},
     )
 
 
