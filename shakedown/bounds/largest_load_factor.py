@@ -168,12 +168,13 @@ def _solved(rows: DiscRows, towards: float, tolerances: Tolerances) -> Largest:
     """
     H, missing = rows.half_spaces, tuple[str, ...]()
     if rows.in_plane:
-        end: UnscaledSolution | Solution = solve(load_factor_program(H, towards, tolerances))
-        x, at, y, z = end.x[:-1], float(end.x[-1]), np.zeros((0, CONE)), np.zeros_like(H.g)
+        linear = solve(load_factor_program(H, towards, tolerances))
+        end: UnscaledSolution | Solution = linear
+        x, at, y, z = linear.x[:-1], float(linear.x[-1]), np.zeros((0, CONE)), np.zeros_like(H.g)
         carrying = NOWHERE
-        if end.optimal:
-            z, carrying = end.multipliers, (rows.node, end.meeting[0])
-        elif end.status == Status.INFEASIBLE:
+        if linear.optimal:
+            z, carrying = linear.multipliers, (rows.node, linear.meeting[0])
+        elif linear.status == Status.INFEASIBLE:
             against = sought(contradiction, H, tolerances)
             if isinstance(against, Missing):
                 z, missing = np.full_like(H.g, nan), (f"multipliers: {against.reason}",)
@@ -181,8 +182,8 @@ def _solved(rows: DiscRows, towards: float, tolerances: Tolerances) -> Largest:
                 z, carrying = against.multipliers, (rows.node, np.flatnonzero(against.multipliers))
     else:
         usable = tolerances.stored_digits if towards < 0 else USABLE  # the largest is computed anew
-        end = solve_scaled(scaled_discs(rows, towards), usable)
-        x, at, y, z, carrying = end.x, end.load_factor, end.y, end.z, end.carrying
+        end = conic = solve_scaled(scaled_discs(rows, towards), usable)
+        x, at, y, z, carrying = conic.x, conic.load_factor, conic.y, conic.z, conic.carrying
     residual = rows.relative_excess(x, at) if end.optimal else _imbalance(rows, y, z)
     reduced = end.reduced_accuracy
     return Largest(

@@ -110,10 +110,10 @@ def collapse_limits(rows: Constraints) -> CollapseLimits:
 def _multipliers(A: FloatArray, fB: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
     """s of every node as columns, and which of them have settled."""
     try:
-        influence = np.linalg.solve(A, fB.T)
+        influence: FloatArray = np.asarray(np.linalg.solve(A, fB.T), dtype=float)
     except np.linalg.LinAlgError:
         return np.zeros_like(A), np.zeros(len(A), dtype=bool)
-    s = -influence
+    s, settled = -influence, np.zeros(len(A), dtype=bool)
     with np.errstate(over="ignore", invalid="ignore"):
         for _ in range(ITERATIONS):
             folded = np.abs(s)
