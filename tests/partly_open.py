@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 
 from shakedown import Problem, upper_bound
-from shakedown.bounds.best_zone import opened_by_mean_load
+from shakedown.bounds.largest_load_factor import opened_by_mean_load
 
 
 def partly_open(seed, n=None, d=1):

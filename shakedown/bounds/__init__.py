@@ -3,7 +3,7 @@
 Reading order: ``registry`` (the kinds of bounds, what each is about, which joints take long),
 ``bound_result`` (the result of all), ``upper`` (λ_max, most slack at one load factor),
 ``largest_load_factor`` (of any limits: in the plane by linear programs over rows, in space by cone programs
-over ``discs/``), ``best_zone`` (which nodes stay open), ``named_start`` (initial slips by name). ``onset``:
+over ``discs/``; which nodes stay open), ``named_start`` (initial slips by name). ``onset``:
 up to where a given slip lasts, and where the contact opens then. Then ``certificate`` (the rows as a program,
 exact enclosures), ``independent_solver`` (the bounds by another method). Beside them ``energy/`` and
 ``accumulated/``: what is proved from a given state on; ``collapse/``: first collapse λ_1 and how far it is a

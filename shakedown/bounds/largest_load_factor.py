@@ -1,7 +1,11 @@
-"""The largest load factor with a safe slip: its status, and what proves it."""
+"""The largest load factor with a safe slip, and what proves it; which nodes stay open, by a search."""
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import reduce
+from itertools import chain, combinations
 from math import inf, nan
+from typing import Literal
 
 import numpy as np
 
@@ -12,7 +16,7 @@ from shakedown.bounds.certificate import (
     load_factor_program,
     significant,
 )
-from shakedown.bounds.discs.disc_rows import DiscRows
+from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
 from shakedown.bounds.discs.enclosure import UNPROVED, enclosed, proved_infeasible, proved_unbounded
 from shakedown.bounds.discs.scaled_solution import (
     Carrying,
@@ -21,12 +25,16 @@ from shakedown.bounds.discs.scaled_solution import (
     scaled_discs,
     solve_scaled,
 )
-from shakedown.ground.constants import CONE, NEGLIGIBLE, FloatArray
-from shakedown.ground.errors import Missing, SolverError, sought
+from shakedown.ground.constants import ALL_PAIRS_UP_TO, ALL_SUBSETS_UP_TO, CONE, NEGLIGIBLE, FloatArray, Mask
+from shakedown.ground.errors import Missing, SolverError, UsageError, sought
 from shakedown.ground.status import Status
-from shakedown.ground.tolerances import Tolerances
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import require_problem
+from shakedown.joint.constraints import by_side, loading
+from shakedown.joint.contact_zone import Zone, contact_zone, coupled_parts
 from shakedown.joint.problem import Problem
 from shakedown.programs.program import NOWHERE, Solution
+from shakedown.programs.self_dual import USABLE
 from shakedown.programs.simplex import solve, widest
 
 
@@ -83,8 +91,7 @@ def largest_load_factor(
         If there is no end, or one that is not proved and misses its own conditions.
     """
     if (balanced, tolerances) not in rows.solved:  # usually just solved, by the search of the zone
-        limit = _of_half_spaces if rows.in_plane else _of_discs
-        rows.solved[balanced, tolerances] = limit(rows, balanced, tolerances)
+        rows.solved[balanced, tolerances] = _limit(rows, balanced, tolerances)
     found: Largest = rows.solved[balanced, tolerances]
     if certified_for is not None:
         proved = _by_exact_arithmetic if rows.in_plane else _proved
@@ -122,41 +129,65 @@ def relieving(rows: DiscRows) -> bool:
     return bool(np.all(slack >= 0) and np.all(rows.half_spaces.d <= 0))
 
 
-def _of_half_spaces(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> Largest:
-    """The limit of a joint in the plane, by linear programs."""
-    H = rows.half_spaces
-    outcome = solve(load_factor_program(H, towards=-1.0, tolerances=tolerances))
-    found = Largest(
-        outcome.status,
-        nan,
-        x=np.full(H.n, nan),
-        y=np.zeros((0, CONE)),
-        z=np.zeros_like(H.g),
-        carrying=NOWHERE,
-        residual=nan,
-        reduced_accuracy=outcome.reduced_accuracy,
-        end=outcome,
-    )
-    if outcome.status == Status.INFEASIBLE:
-        against = sought(contradiction, H, tolerances)
-        if isinstance(against, Missing):
-            z = np.full_like(H.g, nan)
-            return replace(found, z=z, missing=(f"multipliers: {against.reason}",))
-        return _excluded(rows, found, against.multipliers)
-    least, missing = _least(rows, balanced, tolerances)
-    found = replace(found, least_load_factor=least, missing=missing)
-    if outcome.status == Status.UNBOUNDED:
-        direction = _direction(rows, tolerances)
-        if isinstance(direction, Missing):
-            return replace(found, load_factor=inf, missing=(*missing, f"direction: {direction.reason}"))
-        return _along(rows, found, direction)
-    return replace(
-        found,
-        load_factor=float(outcome.x[-1]),
-        x=outcome.x[:-1],
-        z=outcome.multipliers,
-        carrying=(rows.node, outcome.meeting[0]),
-        residual=rows.relative_excess(outcome.x[:-1], float(outcome.x[-1])),
+def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> Largest:
+    """The limit by programs."""
+    direction = np.zeros(rows.stiffness.shape[-1])
+    if rows.in_plane or not relieving(rows):
+        found = _solved(rows, -1.0, tolerances)
+        if found.status == Status.OPTIMAL:
+            # λ_lo = 0 where λ_max is, as it is no larger
+            least, missing = _least(rows, balanced or not found.load_factor, tolerances)
+            return replace(found, least_load_factor=least, missing=missing)
+        if found.status != Status.UNBOUNDED:
+            return found
+        direction = found.x
+    if rows.in_plane:
+        along, end = _direction(rows, tolerances), found.end
+        least, missing = _least(rows, balanced, tolerances)
+        if isinstance(along, Missing):
+            missing = (*missing, f"direction: {along.reason}")
+            return replace(found, load_factor=inf, residual=nan, least_load_factor=least, missing=missing)
+        direction = along
+    else:
+        start = _solved(rows, +1.0, tolerances)
+        if start.status != Status.OPTIMAL:
+            return start
+        least, missing, end = _unless_safe_at_mean(rows, start, tolerances), (), start.end
+    none, nothing = np.zeros_like(rows.c), np.zeros_like(rows.half_spaces.g)
+    return Largest(
+        Status.UNBOUNDED, inf, direction, none, nothing, NOWHERE, _excess_along(rows, direction),
+        least_load_factor=least, missing=missing, end=end,
+        reduced_accuracy=rows.in_plane and found.reduced_accuracy,
+    )  # fmt: skip
+
+
+def _solved(rows: DiscRows, towards: float, tolerances: Tolerances) -> Largest:
+    """The largest (−1) or the smallest (+1) load factor, or that no slip is safe, which multipliers show.
+
+    By a linear program over the rows in the plane, in space by a cone program over discs.
+    """
+    H, missing = rows.half_spaces, tuple[str, ...]()
+    if rows.in_plane:
+        linear = solve(load_factor_program(H, towards, tolerances))
+        end: UnscaledSolution | Solution = linear
+        x, at, y, z = linear.x[:-1], float(linear.x[-1]), np.zeros((0, CONE)), np.zeros_like(H.g)
+        carrying = NOWHERE
+        if linear.optimal:
+            z, carrying = linear.multipliers, (rows.node, linear.meeting[0])
+        elif linear.status == Status.INFEASIBLE:
+            against = sought(contradiction, H, tolerances)
+            if isinstance(against, Missing):
+                z, missing = np.full_like(H.g, nan), (f"multipliers: {against.reason}",)
+            else:
+                z, carrying = against.multipliers, (rows.node, np.flatnonzero(against.multipliers))
+    else:
+        usable = tolerances.stored_digits if towards < 0 else USABLE  # the largest is computed anew
+        end = conic = solve_scaled(scaled_discs(rows, towards), usable)
+        x, at, y, z, carrying = conic.x, conic.load_factor, conic.y, conic.z, conic.carrying
+    residual = rows.relative_excess(x, at) if end.optimal else _imbalance(rows, y, z)
+    reduced = end.reduced_accuracy
+    return Largest(
+        end.status, at, x, y, z, carrying, residual, reduced_accuracy=reduced, missing=missing, end=end
     )
 
 
@@ -171,18 +202,6 @@ def _direction(rows: DiscRows, tolerances: Tolerances) -> FloatArray | Missing:
     return found if isinstance(found, Missing) else found.x
 
 
-def _excluded(rows: DiscRows, found: Largest, z: FloatArray) -> Largest:
-    """No slip is safe in the plane, which multipliers show."""
-    residual, carrying = _imbalance(rows, found.y, z), (rows.node, np.flatnonzero(z))
-    return replace(found, status=Status.INFEASIBLE, z=z, carrying=carrying, residual=residual)
-
-
-def _along(rows: DiscRows, found: Largest, direction: FloatArray) -> Largest:
-    """Slips along a direction are safe at any load factor in the plane."""
-    residual = _excess_along(rows, direction)
-    return replace(found, status=Status.UNBOUNDED, load_factor=inf, x=direction, residual=residual)
-
-
 def _by_exact_arithmetic(problem: Problem, rows: DiscRows, found: Largest, tolerances: Tolerances) -> Largest:
     """The limit of a joint in the plane as exact arithmetic has it, its status included."""
     if not isinstance(found.end, Solution):
@@ -190,60 +209,29 @@ def _by_exact_arithmetic(problem: Problem, rows: DiscRows, found: Largest, toler
     exact = sought(certified_upper, problem, found.end, tolerances)
     if isinstance(exact, Missing):
         return replace(found, uncertified=exact.reason, disputed=isinstance(exact, Disputed))
-    x, z = np.full(len(exact.slip), nan), np.zeros_like(exact.multipliers)
-    blank = replace(found, load_factor=nan, x=x, z=z, carrying=NOWHERE, exact=True)
-    if exact.status == Status.INFEASIBLE:
-        return replace(_excluded(rows, blank, exact.multipliers), least_load_factor=nan, missing=())
-    if found.status == Status.INFEASIBLE:  # at loosened tolerances
-        least, missing = _least(rows, False, tolerances)
-        blank = replace(blank, least_load_factor=least, missing=missing)
-    if exact.status == Status.UNBOUNDED:
-        known = found.status == Status.UNBOUNDED and found.residual <= 0
-        return replace(_along(rows, blank, found.x if known else exact.slip), certified=(inf, inf))
-    x = significant(rows.half_spaces, exact.slip, exact.load_factor, tolerances)[:-1]
-    return replace(
-        blank,
-        status=Status.OPTIMAL,
+    proved = replace(
+        found,
+        status=exact.status,
         load_factor=exact.load_factor,
-        x=x,
+        x=np.full(len(exact.slip), nan),
         z=exact.multipliers,
         carrying=(rows.node, np.array(exact.rows, dtype=np.intp)),
-        residual=rows.relative_excess(x, exact.load_factor),
-        certified=(exact.low, exact.high),
+        exact=True,
     )
-
-
-def _of_discs(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> Largest:
-    """The limit of a joint in space, by cone programs."""
-    direction = np.zeros(rows.stiffness.shape[-1])
-    if not relieving(rows):
-        # re-computed later
-        best = solve_scaled(scaled_discs(rows, -1.0), tolerances.stored_digits)
-        if best.status != Status.UNBOUNDED:
-            known = balanced or not best.load_factor  # λ_lo = 0, as it is no larger than λ_max
-            least, missing = _least(rows, known, tolerances) if best.optimal else (nan, ())
-            return replace(_ended(rows, best), least_load_factor=least, missing=missing)
-        direction = best.x
-    start = solve_scaled(scaled_discs(rows, +1.0))
-    if not start.optimal:
-        return _ended(rows, start)
-    return Largest(
-        Status.UNBOUNDED, inf, direction, np.zeros_like(rows.c), np.zeros_like(rows.half_spaces.g), NOWHERE,
-        residual=_excess_along(rows, direction),
-        least_load_factor=_unless_safe_at_mean(rows, start.x, start.load_factor, tolerances),
-        end=start,
-    )  # fmt: skip
-
-
-def _ended(rows: DiscRows, end: UnscaledSolution) -> Largest:
-    """The limit that a program ends with, or that no slip is safe, which its multipliers show."""
-    excess = rows.relative_excess(end.x, end.load_factor)
-    return Largest(
-        end.status, end.load_factor, end.x, end.y, end.z, end.carrying,
-        residual=excess if end.optimal else _imbalance(rows, end.y, end.z),
-        reduced_accuracy=end.reduced_accuracy,
-        end=end,
-    )  # fmt: skip
+    if exact.status == Status.INFEASIBLE:
+        residual = _imbalance(rows, found.y, exact.multipliers)
+        return replace(proved, residual=residual, least_load_factor=nan, missing=())
+    if found.status == Status.INFEASIBLE:  # at loosened tolerances
+        least, missing = _least(rows, False, tolerances)
+        proved = replace(proved, least_load_factor=least, missing=missing)
+    if exact.status == Status.UNBOUNDED:
+        known = found.status == Status.UNBOUNDED and found.residual <= 0
+        x = found.x if known else exact.slip
+        residual = _excess_along(rows, x)
+    else:
+        x = significant(rows.half_spaces, exact.slip, exact.load_factor, tolerances)[:-1]
+        residual = rows.relative_excess(x, exact.load_factor)
+    return replace(proved, x=x, residual=residual, certified=(exact.low, exact.high))
 
 
 def _least(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> tuple[float, tuple[str, ...]]:
@@ -252,24 +240,16 @@ def _least(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> tuple[floa
     # a safe slip is safe at every smaller load factor; or v = 0 is safe under the mean load
     if balanced or (np.all(still) and np.all(H.g >= 0)) or (rows.in_plane and np.all(H.d >= 0)):
         return 0.0, ()
-    found = sought(_least_program, rows, tolerances)
+    found = sought(_solved, rows, +1.0, tolerances)
     if isinstance(found, Missing):
         return nan, (f"λ_lo: {found.reason}",)
-    optimal, x, at = found
-    return (_unless_safe_at_mean(rows, x, at, tolerances) if optimal else nan), ()
+    return (_unless_safe_at_mean(rows, found, tolerances) if found.status == Status.OPTIMAL else nan), ()
 
 
-def _least_program(rows: DiscRows, tolerances: Tolerances) -> tuple[bool, FloatArray, float]:
-    if rows.in_plane:
-        linear = solve(load_factor_program(rows.half_spaces, towards=+1.0, tolerances=tolerances))
-        return linear.optimal, linear.x[:-1], float(linear.x[-1])
-    end = solve_scaled(scaled_discs(rows, +1.0))
-    return end.optimal, end.x, end.load_factor
-
-
-def _unless_safe_at_mean(rows: DiscRows, x: FloatArray, at: float, tolerances: Tolerances) -> float:
+def _unless_safe_at_mean(rows: DiscRows, found: Largest, tolerances: Tolerances) -> float:
     """The least load factor at which a slip is safe, 0 where this one is so under the mean load."""
-    return 0.0 if rows.relative_excess(x, 0.0) <= tolerances.feasibility else max(at, 0.0)
+    safe = rows.relative_excess(found.x, 0.0) <= tolerances.feasibility
+    return 0.0 if safe else max(found.load_factor, 0.0)
 
 
 def _imbalance(rows: DiscRows, y: FloatArray, z: FloatArray) -> float:
@@ -305,3 +285,256 @@ def _proved(problem: Problem, rows: DiscRows, found: Largest, tolerances: Tolera
     if not proved_unbounded(problem, rows, found.x, [*((x, beyond) for x in far), (0.0 * found.x, 0.0)]):
         return replace(found, uncertified=UNPROVED)
     return replace(found, certified=(inf, inf), exact=True)
+
+
+PATIENCE = 10  # simultaneous changes allowed without reducing the number of nodes on the wrong side
+
+
+def opened_by_mean_load(problem: Problem, *, friction: bool = True) -> tuple[int, ...]:
+    """The nodes that open under the mean load, closed ones not slipping, or sliding without friction.
+
+    All nodes that pull or overlap change sides at once, as long as they become fewer; then the last of
+    them alone (block principal pivoting, J. J. Júdice and F. M. Pires, Comput. Oper. Res. 21, 1994, 587).
+    Without friction that ends in the solution, which is one only; with stuck nodes there may be none or many.
+    None opens without C.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> opened_by_mean_load(shakedown.example("receding-block"), friction=False)[:3]
+    (0, 1, 2)
+    """
+    if problem.C is None:
+        return ()
+    is_open, best = np.zeros(problem.n, dtype=bool), problem.n + 1
+    # single changes per node after which the search ends
+    patience, alone = PATIENCE, 4 * problem.n
+    while (wrong := _on_the_wrong_side(problem, is_open, friction)).any() and alone:
+        if wrong.sum() < best:
+            best, patience = int(wrong.sum()), PATIENCE
+        elif patience:
+            patience -= 1
+        else:
+            wrong[: np.flatnonzero(wrong)[-1]] = False
+            alone -= 1
+        is_open ^= wrong
+    return tuple(int(i) for i in np.flatnonzero(is_open))
+
+
+def _on_the_wrong_side(problem: Problem, is_open: Mask, friction: bool) -> Mask:
+    """Closed nodes that pull and open ones that overlap, with these open under the mean load, (n,)."""
+    kappa, layout, loop = problem.kappa, problem.layout, loading(problem)
+    r_w, gaps = layout.joined(loop.q0, loop.p0), layout.gaps
+    free = np.flatnonzero(layout.joined(np.repeat(is_open | (not friction), layout.d), is_open))
+    u = layout.zeros()
+    u[free] = _equilibrium(kappa[np.ix_(free, free)], -r_w[free])
+    p = r_w[gaps] + kappa[gaps] @ u
+    noise = np.abs(r_w[gaps]) + np.abs(kappa[gaps]) @ np.abs(u)
+    return np.where(is_open, u[gaps] < 0, p < -8 * problem.n * np.finfo(float).eps * noise)
+
+
+def _equilibrium(stiffness: FloatArray, force: FloatArray) -> FloatArray:
+    """Displacements under a force; the smallest ones where a rigid motion leaves them open."""
+    try:
+        u = np.linalg.solve(stiffness, force)
+    except np.linalg.LinAlgError:
+        u = np.full(len(force), np.inf)
+    with np.errstate(invalid="ignore"):
+        left = np.abs(stiffness @ u - force).max(initial=0.0)
+    if left <= NEGLIGIBLE * np.abs(force).max(initial=0.0):
+        return np.asarray(u)
+    return np.asarray(np.linalg.lstsq(stiffness, force, rcond=None)[0])
+
+
+def nearest_to_change(zone: Zone, x: FloatArray, load_factor: float) -> tuple[int, ...]:
+    """All nodes in increasing order of what their pressures and gaps leave, relative to the terms of each.
+
+    At slips (k,). Those at a limit up to round-off keep their order.
+    """
+    rows, H = zone_rows(zone), zone_rows(zone).half_spaces
+    left = [rows.c[:, 0] + load_factor * rows.e[:, 0] + (rows.stiffness[:, 0] @ x)[rows.node]]
+    terms = [np.abs(rows.c).max(axis=1, initial=0.0) + load_factor * np.abs(rows.e).max(axis=1, initial=0.0)]
+    terms[0] += (np.abs(rows.flat) @ np.abs(x)).reshape(-1, CONE).max(axis=1, initial=0.0)[rows.node]
+    slack = H.g - H.coefficients @ x - load_factor * H.d
+    sizes = np.abs(H.coefficients) @ np.abs(x) + np.abs(H.g) + load_factor * np.abs(H.d)
+    sided = H.sided & rows.in_plane  # f p is half of what the two limits of a node leave
+    left += [by_side(slack[sided]).sum(axis=1), slack[~sided]]
+    terms += [by_side(sizes[sided]).sum(axis=1), sizes[~sided]]
+    nodes = np.concatenate([rows.names[rows.node], by_side(H.node[sided])[:, 0], H.node[~sided]])
+    size = np.concatenate(terms)
+    shares = np.concatenate(left) / np.where(size > 0, size, 1.0)
+    least = np.full(zone.problem.n, inf)
+    np.minimum.at(least, nodes, np.where(np.abs(shares) > NEGLIGIBLE, shares, 0.0))
+    return tuple(np.argsort(least, kind="stable").tolist())
+
+
+NEAREST = 4  # nodes nearest to opening or closing that are tried in large joints
+
+
+@dataclass(frozen=True)
+class ZoneSearch:
+    """Result of :func:`best_zone`.
+
+    Attributes
+    ----------
+    zone
+        The best zone that was found; of joints of more than six nodes there may be better ones.
+    load_factor
+        Its λ_max; −inf where no zone visited has a safe slip at any load factor.
+    opened
+        The nodes that the mean load opens, sliding without friction.
+    visited
+        Number of zones that were solved, at most 100.
+    left_out
+        Whether there are zones that were not: then one of them may have a safe slip where none was found.
+    """
+
+    zone: Zone
+    load_factor: float
+    opened: tuple[int, ...]
+    visited: int
+    left_out: bool
+
+
+@dataclass(frozen=True)
+class _Visit:
+    """One zone, None where all nodes are open or nothing holds the open ones, with its λ_max.
+
+    −inf where it has no safe slip, inf where nothing limits it; whether its program came to an end, and the
+    nodes to change, those first that come nearest to opening or closing, of a limit.
+    """
+
+    nodes: tuple[int, ...]
+    zone: Zone | None = None
+    load_factor: float = -inf
+    ended: bool = True
+    nearest: tuple[int, ...] = ()
+
+
+Visitor = Callable[[tuple[int, ...]], _Visit]
+
+
+def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSearch:
+    """Search the contact zone with the largest λ_max, one node at a time.
+
+    It begins with the nodes that the mean load opens, sliding without friction or stuck, or with no open
+    node at all. One node is changed at a time while λ_max grows, the one nearest to opening or closing first;
+    beyond sixteen nodes the four nearest ones are tried. Where the mean load opens no node and the joint has
+    a safe slip, that is the answer at once; else up to six nodes every zone is tried. The state without
+    friction is safe under the mean load: what friction alone holds has none, every other joint a zone with
+    a safe slip.
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading.
+    tolerances
+        The tolerances that decide.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> search = best_zone(shakedown.example("receding-block"))
+    >>> search.zone.open_nodes == search.opened
+    True
+    >>> search.opened
+    (0, 1, 2, 3, 4, 28, 29, 30, 31, 32)
+    """
+    require_problem(problem)
+    visited = dict[tuple[int, ...], _Visit]()
+
+    def visit(nodes: tuple[int, ...]) -> _Visit:
+        if nodes in visited:
+            return visited[nodes]
+        # each costs a program; beyond them one
+        if len(visited) >= 100:  # counts as without a safe slip, so that the search ends
+            return _Visit(nodes)
+        visited[nodes] = _visit(problem, nodes, tolerances)
+        return visited[nodes]
+
+    opened = opened_by_mean_load(problem, friction=False)
+    starts = list(dict.fromkeys([opened, opened_by_mean_load(problem), ()]))
+    best = _first_of_the_best(map(visit, starts))
+    most = 1 if problem.C is None else 2**problem.n - 1
+    if most > 1 and (len(starts) > 1 or best.load_factor == -inf):
+        if problem.n <= ALL_SUBSETS_UP_TO:
+            sizes = (combinations(range(problem.n), size) for size in range(1, problem.n))
+            found = [visit(nodes) for nodes in chain([best.nodes], *sizes)]
+        else:
+            starts.sort(key=lambda nodes: visit(nodes).load_factor, reverse=True)
+            few = problem.n <= ALL_PAIRS_UP_TO
+            found = [_climb(visit, start, few) for start in (starts if few else starts[:1])]
+        best = _first_of_the_best(found)
+    zone = best.zone
+    if zone is None:  # all nodes open is no zone, and a state that may be reached: nothing is impossible then
+        nearly = (one.zone for nodes, one in visited.items() if len(nodes) == problem.n - 1)
+        zone = next(filter(None, nearly), contact_zone(problem, ()))
+    seen = sum(len(nodes) < problem.n and one.ended for nodes, one in visited.items())
+    return ZoneSearch(zone, best.load_factor, opened, len(visited), seen < most)
+
+
+def _first_of_the_best(found: Iterable[_Visit]) -> _Visit:
+    """The first of the zones that are equally good up to round-off."""
+
+    def better(best: _Visit, other: _Visit) -> _Visit:
+        return other if other.load_factor > best.load_factor * (1.0 + NEGLIGIBLE) else best
+
+    return reduce(better, found)
+
+
+def _climb(visit: Visitor, start: tuple[int, ...], few: bool) -> _Visit:
+    """Climb from one zone to better ones, each differing in one node.
+
+    To the best by one of the nodes nearest to opening or closing; of joints of few nodes others come next.
+    """
+    best = visit(start)
+    while True:  # ends, as every step is better than all before, and zones are finitely many
+        nearest = best.nearest if best.zone else best.nodes  # what nothing holds is closed again
+        for nodes in (nearest[:NEAREST], nearest[NEAREST:] if few else ()):
+            better = _first_of_the_best([best, *(visit(_changed(best, node)) for node in nodes)])
+            if better is not best:
+                break
+        else:
+            return best
+        best = better
+
+
+def _visit(problem: Problem, nodes: tuple[int, ...], tolerances: Tolerances) -> _Visit:
+    """One zone; one whose program does not finish counts as without a safe slip, and is left out."""
+    try:
+        zone = contact_zone(problem, nodes, tolerances=tolerances)
+    except UsageError:  # all nodes open, or open nodes that nothing holds
+        return _Visit(nodes)
+    found = sought(largest_load_factor, zone_rows(zone), None, True, tolerances)
+    if isinstance(found, Missing):
+        return _Visit(nodes, zone, ended=False)
+    if found.status != Status.OPTIMAL:
+        return _Visit(nodes, zone, inf if found.status == Status.UNBOUNDED else -inf)
+    nearest = nearest_to_change(zone, found.x, found.load_factor)
+    return _Visit(nodes, zone, found.load_factor, nearest=nearest)
+
+
+def _changed(visit: _Visit, node: int) -> tuple[int, ...]:
+    """The zone in which a node is open that is closed here, or the other way round."""
+    return tuple(sorted({*visit.nodes} ^ {node}))
+
+
+def chosen_zone(
+    problem: Problem, open_nodes: Iterable[int] | Literal["auto"], tolerances: Tolerances = DEFAULT
+) -> tuple[Zone, bool]:
+    """The requested zone: given node by node, or ``"auto"`` for the best one found.
+
+    With it whether that is a zone without a safe slip, and others were left out.
+    """
+    if not isinstance(open_nodes, str):
+        return contact_zone(problem, open_nodes, tolerances=tolerances), False
+    if open_nodes != "auto":
+        raise UsageError(f"open nodes: expected node numbers or 'auto', found {open_nodes!r}")
+    parts = coupled_parts(problem)
+    searches = [best_zone(part.joint, tolerances=tolerances) for part in parts]
+    if len(parts) > 1 and min(search.load_factor for search in searches) > -inf:
+        best = zip(parts, searches, strict=True)
+        opened = [part.number(node) for part, search in best for node in search.zone.open_nodes]
+        return contact_zone(problem, opened, tolerances=tolerances), False
+    search = searches[0] if len(parts) == 1 else best_zone(problem, tolerances=tolerances)
+    return search.zone, search.left_out and search.load_factor == -inf

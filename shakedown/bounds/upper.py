@@ -1,13 +1,12 @@
 """λ_max, the load factor above which shakedown is impossible, and the safe slip."""
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import fields, replace
 from math import inf, nan
 from typing import Any, Literal
 
 import numpy as np
 
-from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.bound_result import (
     Bound,
     LargestLoadFactor,
@@ -16,7 +15,7 @@ from shakedown.bounds.bound_result import (
 from shakedown.bounds.certificate import UPPER_CERTIFIED_UP_TO
 from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
 from shakedown.bounds.discs.scaled_solution import safest, scaled_discs, solve_scaled
-from shakedown.bounds.largest_load_factor import largest_load_factor, relieving
+from shakedown.bounds.largest_load_factor import chosen_zone, largest_load_factor, relieving
 from shakedown.ground.constants import CONE, LARGE, FloatArray
 from shakedown.ground.errors import Missing, sought
 from shakedown.ground.status import Status
@@ -184,22 +183,14 @@ def _of_zone(zone: Zone, transient: bool, certify: bool | None, tolerances: Tole
     slips, nowhere = rows.half_spaces.slips(found.x), np.full(len(found.x), nan)
     bound = Bound(
         kind="upper",
-        status=found.status,
-        load_factor=found.load_factor,
         evidence=LargestLoadFactor(
             slips if found.status == Status.UNBOUNDED else nowhere, found.exact, found.missing
         ),
         slip=slips if found.status == Status.OPTIMAL else nowhere,
         active=rows.named(*found.carrying),
-        multipliers=found.multipliers,
         reason=_reason(found.status, rows, with_transient),
-        residual=found.residual,
-        least_load_factor=found.least_load_factor,
-        certified=found.certified,
-        uncertified=found.uncertified,
-        disputed=found.disputed,
-        reduced_accuracy=found.reduced_accuracy,
         pinned=rows.half_spaces.pinned,
+        **{each.name: getattr(found, each.name) for each in fields(Bound) if hasattr(found, each.name)},
     )
     return _in_zone(zone, bound, tolerances) if zone.open_nodes else bound
 

@@ -58,11 +58,6 @@ class Scaling:
         """W on the cones of one number, (k, 1)."""
         return self.factor[self.cones.triples :][: self.cones.numbers, None]
 
-    @property
-    def of_large(self) -> tuple[FloatArray, np.floating]:
-        """Axis and factor of the large cone."""
-        return self.axis[-self.cones.large :], self.factor[-1]
-
     def inverses(self) -> FloatArray:
         """W⁻¹ on the cones of three numbers, (j, 3, 3)."""
         w = self.cones.parts(self._back)[0]
@@ -71,7 +66,9 @@ class Scaling:
     def inverse_squares(self) -> FloatArray:
         """W⁻² on the cones of three numbers, (j, 3, 3)."""
         w = self.cones.parts(self._back)[0]
-        return _squared_rotation(w) / self.factor[: len(w), None, None] ** 2
+        squares = 2.0 * w[:, :, None] * w[:, None, :] + np.eye(CONE)
+        squares[:, 0, 0] -= 2.0
+        return np.asarray(squares / self.factor[: len(w), None, None] ** 2)
 
     def inverse_of_large(self) -> FloatArray:
         """W⁻¹ on the large cone, (q, q)."""
@@ -200,12 +197,6 @@ def _rotation(axis: FloatArray) -> FloatArray:
     found = np.eye(axis.shape[1]) + axis[:, :, None] * axis[:, None, :] / (1.0 + axis[:, :1, None])
     found[:, 0], found[:, :, 0] = axis, axis
     return np.asarray(found)
-
-
-def _squared_rotation(axis: FloatArray) -> FloatArray:
-    squares = 2.0 * axis[:, :, None] * axis[:, None, :] + np.eye(axis.shape[1])
-    squares[:, 0, 0] -= 2.0
-    return np.asarray(squares)
 
 
 RANK = np.finfo(float).eps  # relative size, per row, of a diagonal of the factor that counts as zero
@@ -354,8 +345,7 @@ class DiscProgram:
         normal[r:, :r] = of_loads.T @ self._flat + rows.T @ self.rows
         normal[r:, r:] = np.tensordot(self.extra, pulled, axes=((0, 1), (0, 1))) + rows.T @ self.rows_extra
         if self.norm is not None:
-            axis, factor = scaling.of_large
-            w = axis / factor
+            w, factor = scaling.axis[-self.cones.large :] / scaling.factor[-1], scaling.factor[-1]
             normal[:r, :r] += np.outer(2.0 * w[1:], w[1:]) + np.eye(r) / factor**2
             normal[r:, :r] -= np.outer(2.0 * w[0] * self.norm, w[1:])
             normal[r:, r:] += (2.0 * w[0] ** 2 - 1.0 / factor**2) * np.outer(self.norm, self.norm)

@@ -76,6 +76,7 @@ class SelfDualSolution:
     path: Points
 
 
+@np.errstate(all="ignore")  # overflow is no solution, and is not taken for one
 def solve_self_dual(
     rows: DiscProgram, usable: float = USABLE, begun: Points = (), enough: Enough = never
 ) -> SelfDualSolution:
@@ -87,10 +88,9 @@ def solve_self_dual(
     A point on the way, x and multipliers, that is ``enough`` is an end: what is asked of the program is
     known there.
     """
-    with np.errstate(all="ignore"):  # overflow is no solution, and is not taken for one
-        shared = _shared(rows, begun)
-        end = _followed(rows, usable, shared, enough)
-        return _followed(rows, usable, (), enough) if shared and end.status == Status.UNDECIDED else end
+    shared = _shared(rows, begun)
+    end = _followed(rows, usable, shared, enough)
+    return _followed(rows, usable, (), enough) if shared and end.status == Status.UNDECIDED else end
 
 
 def _shared(rows: DiscProgram, begun: Points) -> Points:
@@ -142,20 +142,13 @@ def _followed(rows: DiscProgram, usable: float, shared: Points, enough: Enough) 
     return SelfDualSolution(status, best.x, best.slack, best.multipliers, best.accuracy, tuple(path))
 
 
+@np.errstate(all="ignore")  # what is not finite is no point
 def inner_point(rows: DiscProgram, end: SelfDualSolution, gap: float = FOUR_DIGITS) -> Point | None:
     """A point of both programs well inside their cones, without residuals; None where there is none.
 
     From the point on the way to an optimum that has this mean of slack times multiplier, by Newton's
     method towards the centre there.
     """
-    with np.errstate(all="ignore"):  # what is not finite is no point
-        try:
-            return _centred(rows, end, gap)
-        except np.linalg.LinAlgError:
-            return None
-
-
-def _centred(rows: DiscProgram, end: SelfDualSolution, gap: float) -> Point | None:
     cones, h, c = rows.cones, rows.limits, rows.costs
 
     def mean(point: Point) -> float:
@@ -173,7 +166,10 @@ def _centred(rows: DiscProgram, end: SelfDualSolution, gap: float) -> Point | No
         if rest <= ROUND_OFF * max(1.0, float(np.abs(y).max()), float(np.abs(s).max())):
             return Point(x, s, y, 1.0, 0.0)
         wanted = cones.quotient(centre, target * cones.unit - cones.product(centre, centre))
-        dx, dy = _newton_equations(rows, scaling)(left, short - scaling.times(wanted))
+        try:
+            dx, dy = _newton_equations(rows, scaling)(left, short - scaling.times(wanted))
+        except np.linalg.LinAlgError:
+            return None
         ds = short - rows.times(dx)
         way = min(1.0, 0.9 * cones.reach_from(s)(ds), 0.9 * cones.reach_from(y)(dy))
         if not np.isfinite(dx).all():
@@ -182,16 +178,16 @@ def _centred(rows: DiscProgram, end: SelfDualSolution, gap: float) -> Point | No
     return None
 
 
+@np.errstate(all="ignore")  # what is not finite is of no use, and is not taken
 def balanced_multipliers(rows: DiscProgram, point: Point) -> FloatArray:
     """Multipliers with Gᵀ y + τ c = 0 next to those of a point, in the metric of its scaling."""
-    with np.errstate(all="ignore"):  # what is not finite is of no use, and is not taken
-        scaling = rows.cones.scaling(point.s, point.y)
-        left = rows.transposed(point.y) + point.tau * rows.costs
-        try:
-            _, dy = _newton_equations(rows, scaling)(left, np.zeros_like(point.y))
-        except np.linalg.LinAlgError:
-            return np.full_like(point.y, np.nan)
-        return point.y - dy
+    scaling = rows.cones.scaling(point.s, point.y)
+    left = rows.transposed(point.y) + point.tau * rows.costs
+    try:
+        _, dy = _newton_equations(rows, scaling)(left, np.zeros_like(point.y))
+    except np.linalg.LinAlgError:
+        return np.full_like(point.y, np.nan)
+    return point.y - dy
 
 
 def _seen(rows: DiscProgram, point: Point) -> tuple[FloatArray, FloatArray]:

@@ -10,8 +10,8 @@ import shakedown
 from benchmarks.bodies.lap_joint import lap_joint
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from shakedown import UsageError, safe_slip, upper_bound
-from shakedown.bounds.best_zone import best_zone, opened_by_mean_load
 from shakedown.bounds.independent_solver import conic_upper_bound
+from shakedown.bounds.largest_load_factor import best_zone, opened_by_mean_load
 from shakedown.joint.constraints import loading
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.units import without_loads

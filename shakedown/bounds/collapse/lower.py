@@ -110,10 +110,10 @@ def collapse_limits(rows: Constraints) -> CollapseLimits:
 def _multipliers(A: FloatArray, fB: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
     """s of every node as columns, and which of them have settled."""
     try:
-        influence = np.linalg.solve(A, fB.T)
+        influence: FloatArray = np.asarray(np.linalg.solve(A, fB.T), dtype=float)
     except np.linalg.LinAlgError:
         return np.zeros_like(A), np.zeros(len(A), dtype=bool)
-    s = -influence
+    s, settled = -influence, np.zeros(len(A), dtype=bool)
     with np.errstate(over="ignore", invalid="ignore"):
         for _ in range(ITERATIONS):
             folded = np.abs(s)
@@ -374,16 +374,11 @@ def _collapse(
 
 def _vanishing(problem: Problem, upper: Bound, tolerances: Tolerances) -> Bound:
     """The answer where no safe slip is left at λ_max, and no node has lost its range of slips before."""
+    same = ["active", "multipliers", "residual", "certified", "uncertified", "disputed", "reduced_accuracy"]
     return _without_collapse(problem, Status.OPTIMAL, upper.load_factor, tolerances).but(
         reason="all safe slips vanish together at λ_max, before any node collapses",
         collapse_limits=np.full(problem.n, inf),
-        active=upper.active,
-        multipliers=upper.multipliers,
-        residual=upper.residual,
-        certified=upper.certified,
-        uncertified=upper.uncertified,
-        disputed=upper.disputed,
-        reduced_accuracy=upper.reduced_accuracy,
+        **{name: getattr(upper, name) for name in same},
     )
 
 

@@ -23,7 +23,7 @@ from shakedown.joint.constraints import (
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.law import Law
 from shakedown.joint.problem import Problem
-from shakedown.joint.rigid_slips import RigidSlips, rigid_slips
+from shakedown.joint.rigid_slips import rigid_slips
 
 RANK = 64 * np.finfo(float).eps  # relative size of a diagonal of the triangular factor that counts as zero
 
@@ -45,35 +45,6 @@ class Basis:
     Q: FloatArray
     to_slips: FloatArray
     sizes: FloatArray
-
-
-def slip_basis(stiffness: FloatArray, gaps: FloatArray) -> Basis:
-    """The basis of the slips in limits of nodes (n, 3, k) and in half-spaces (o, k) [force/length].
-
-    Every node is in units of its own stiffness.
-    """
-    of_nodes, of_gaps = np.linalg.norm(stiffness, axis=(1, 2)), np.linalg.norm(gaps, axis=1)
-    sizes, of_rows = np.append(of_nodes, of_gaps), np.append(np.repeat(of_nodes, CONE), of_gaps)
-    rows = np.vstack([stiffness.reshape(CONE * len(stiffness), stiffness.shape[-1]), gaps])
-    M = rows * (1.0 / np.where(of_rows > 0, of_rows, 1.0))[:, None]
-    known = np.flatnonzero(M.any(axis=0))
-    to_slips = np.zeros((M.shape[1], 0))
-    if not known.size:
-        return Basis(np.zeros((len(M), 0)), to_slips, sizes)
-    lengths = np.linalg.norm(M[:, known], axis=0)
-    Q, R = M[:, known] / lengths, np.eye(len(known))
-    if len(stiffness):  # of rows alone the columns stay as they are, as far as their digits reach
-        Q, R = qr(Q, mode="economic", check_finite=False)
-    diagonal = np.abs(np.diag(R))
-    to_slips = np.zeros((M.shape[1], Q.shape[1]))
-    if len(R) == R.shape[1] and diagonal.min() > RANK * len(M) * diagonal.max():
-        to_slips[known] = solve_triangular(R, np.eye(len(R)), check_finite=False) / lengths[:, None]
-        return Basis(Q, to_slips, sizes)
-    U, values, V = np.linalg.svd(M[:, known] / lengths, full_matrices=False)
-    kept = values > RANK * len(M) * values[0]
-    to_slips = np.zeros((M.shape[1], int(kept.sum())))
-    to_slips[known] = V[kept].T / values[kept] / lengths[:, None]
-    return Basis(np.ascontiguousarray(U[:, kept]), to_slips, sizes)
 
 
 Mask = NDArray[np.bool_]
@@ -118,8 +89,30 @@ class DiscRows:
 
     @cached_property
     def basis(self) -> Basis:
-        """Orthonormal columns for the slips in these limits."""
-        return slip_basis(self.stiffness, self.half_spaces.coefficients)
+        """Orthonormal columns for the slips in these limits, every node in units of its own stiffness."""
+        stiffness, gaps = self.stiffness, self.half_spaces.coefficients
+        of_nodes, of_gaps = np.linalg.norm(stiffness, axis=(1, 2)), np.linalg.norm(gaps, axis=1)
+        sizes, of_rows = np.append(of_nodes, of_gaps), np.append(np.repeat(of_nodes, CONE), of_gaps)
+        rows = np.vstack([stiffness.reshape(CONE * len(stiffness), stiffness.shape[-1]), gaps])
+        M = rows * (1.0 / np.where(of_rows > 0, of_rows, 1.0))[:, None]
+        known = np.flatnonzero(M.any(axis=0))
+        to_slips = np.zeros((M.shape[1], 0))
+        if not known.size:
+            return Basis(np.zeros((len(M), 0)), to_slips, sizes)
+        lengths = np.linalg.norm(M[:, known], axis=0)
+        Q, R = M[:, known] / lengths, np.eye(len(known))
+        if len(stiffness):  # of rows alone the columns stay as they are, as far as their digits reach
+            Q, R = qr(Q, mode="economic", check_finite=False)
+        diagonal = np.abs(np.diag(R))
+        to_slips = np.zeros((M.shape[1], Q.shape[1]))
+        if len(R) == R.shape[1] and diagonal.min() > RANK * len(M) * diagonal.max():
+            to_slips[known] = solve_triangular(R, np.eye(len(R)), check_finite=False) / lengths[:, None]
+            return Basis(Q, to_slips, sizes)
+        U, values, V = np.linalg.svd(M[:, known] / lengths, full_matrices=False)
+        kept = values > RANK * len(M) * values[0]
+        to_slips = np.zeros((M.shape[1], int(kept.sum())))
+        to_slips[known] = V[kept].T / values[kept] / lengths[:, None]
+        return Basis(np.ascontiguousarray(U[:, kept]), to_slips, sizes)
 
     @cached_property
     def sums(self) -> sparse.csr_matrix:
@@ -205,8 +198,9 @@ def disc_rows(problem: Problem) -> DiscRows:
     loop, law, rigid = loading(problem), problem.law, rigid_slips(problem)
     node, step = law.extreme_steps(loop.q1, loop.p1)
     constant = triples(law, loop.q0[None], loop.p0[None])[0]
+    A, fB = rigid.columns(problem.A), rigid.columns(law.limit_rows(problem.B))
     return DiscRows(
-        stiffness=_stiffness(problem, rigid),
+        stiffness=np.concatenate([fB[:, None], A.reshape(problem.n, 2, -1)], axis=1),
         node=node,
         step=step,
         c=constant[node],
@@ -258,11 +252,6 @@ def zone_rows(zone: Zone, transient: bool = False) -> DiscRows:
 def triples(law: Law, q: FloatArray, p: FloatArray) -> FloatArray:
     """(f p, q_x, q_y) of every node at some load steps, (m, n, 3)."""
     return np.concatenate([law.limit(p)[..., None], law.layout.by_node(q)], axis=-1)
-
-
-def _stiffness(problem: Problem, rigid: RigidSlips) -> FloatArray:
-    A, fB = rigid.columns(problem.A), rigid.columns(problem.law.limit_rows(problem.B))
-    return np.concatenate([fB[:, None], A.reshape(problem.n, 2, -1)], axis=1)
 
 
 def _pressures(problem: Problem, p0: FloatArray, less: FloatArray, step: Indices) -> Constraints:

@@ -221,8 +221,8 @@ def proof_of(problem: Problem, rows: DiscRows) -> Proof:
             constant = np.where(no_mean(samples, plain), 0.0, sums / len(samples))
         moving = periodic.any(axis=0)
         parts.append((constant, np.where(moving, samples - constant, 0.0), moving.astype(float)))
-    c, e, moving = (triples(law, q, p) for q, p in zip(*parts, strict=True))
-    left = np.where(moving != 0, LOADS * (np.abs(e) + np.abs(c)), 0.0)
+    c, e, varies = (triples(law, q, p) for q, p in zip(*parts, strict=True))
+    left = np.where(varies != 0, LOADS * (np.abs(e) + np.abs(c)), 0.0)
     return Proof(problem, rows, np.setdiff1d(np.arange(problem.layout.slip_size), pinned), c, e, left)
 
 

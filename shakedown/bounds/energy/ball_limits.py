@@ -207,8 +207,8 @@ class BallLimits:
     closed: Places
     metric: EnergyMetric
     rigid: RigidSlips
-    node: Places = field(default_factory=partial(np.zeros, 0, np.intp))
-    step: Places = field(default_factory=partial(np.zeros, 0, np.intp))
+    node: Places = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
+    step: Places = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
     d: FloatArray = field(default_factory=partial(np.zeros, (0, CONE)))
     g: FloatArray = field(default_factory=partial(np.zeros, (0, CONE)))
     f: FloatArray = field(default_factory=partial(np.zeros, 0))

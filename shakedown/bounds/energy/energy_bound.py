@@ -10,7 +10,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO, exact_numbers
 from shakedown.bounds.energy.ball_limits import BallLimits, ball_limits, check_resolved, without_margin
@@ -28,6 +27,7 @@ from shakedown.bounds.energy.energy_ball import (
     leaves_margins,
     no_bound,
 )
+from shakedown.bounds.largest_load_factor import chosen_zone
 from shakedown.ground.constants import NEGLIGIBLE, SETTLED, THREE_DIGITS, FloatArray
 from shakedown.ground.errors import Missing, UsageError, sought
 from shakedown.ground.status import Status

@@ -66,16 +66,16 @@ class LeastPressureBound(Result):
         Of a floating body z⁰, which does the same under the mean load alone [force]; else NaN.
     """
 
-    status: Status
-    load_factor: float
-    node: int
-    limited_by: str
-    reason: str
     pressures: FloatArray
-    lift_off_bound: float
-    floats: bool
     reactions: FloatArray
     mean_reactions: FloatArray
+    floats: bool
+    status: Status = Status.OPTIMAL
+    load_factor: float = 0.0
+    node: int = -1
+    limited_by: str = "swing"
+    reason: str = "only friction holds the body, and the least that is left of it does not"
+    lift_off_bound: float = 0.0
 
 
 @checked
@@ -103,18 +103,7 @@ def least_pressure_bound(problem: Problem, *, unique: bool = False) -> LeastPres
     """
     joint = scaled_joint(problem)
     nowhere = np.full(len(joint.q0), nan)
-    found = LeastPressureBound(
-        status=Status.OPTIMAL,
-        load_factor=0.0,
-        node=-1,
-        limited_by="swing",
-        reason="only friction holds the body, and the least that is left of it does not",
-        pressures=np.full(joint.n, nan),
-        lift_off_bound=0.0,
-        floats=joint.floats,
-        reactions=nowhere,
-        mean_reactions=nowhere,
-    )
+    found = LeastPressureBound(np.full(joint.n, nan), nowhere, nowhere, joint.floats)
     if not joint.held or (joint.floats and (joint.f == 0).any()):
         return found
     least = pressures_of_floating(joint) if joint.floats else least_pressures(joint)
