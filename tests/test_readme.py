@@ -1,16 +1,10 @@
-"""What the README shows is run: library example, commands, and the line that CI calls."""
+"""What the README shows is run: the library example here, its commands by `.ci/bare rest`, in one fresh shell."""
 
 import doctest
-import json
-import os
 import re
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from command import run
 
 from benchmarks import claims
 
@@ -28,45 +22,6 @@ def test_the_library_example_gives_what_it_shows():
     assert result.failed == 0
 
 
-STAND_IN = """#!{python}
-import sys, venv
-from pathlib import Path
-venv.create(sys.argv[3])
-for name, script in {programs!r}.items():
-    program = Path(sys.argv[3], "bin", name)
-    program.write_text("#!/bin/sh\\n" + script)
-    program.chmod(0o755)
-"""  # for python3 -m venv FOLDER: the environment is a real one, what pip would install into it is not
-
-
-def printed():
-    """What the README has its reader type, but for the tests."""
-    found = re.findall(r"^```(sh|console)\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
-    for kind, line in ((kind, line) for kind, block in found for line in block.splitlines()):
-        if kind == "sh" and "pytest" not in line:
-            yield line
-        elif kind == "console" and line.startswith("$ "):
-            yield line[2:]
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_every_command_works_as_printed_one_after_the_other_in_one_fresh_shell(tmp_path):
-    called = {"pip": "", "shakedown-bounds": f"printf '%s\\n' \"$@\" '' >> '{tmp_path}/called'"}
-    (tmp_path / "python3").write_text(STAND_IN.format(python=sys.executable, programs=called))
-    (tmp_path / "python3").chmod(0o755)
-    for tool in ("bash", "uname"):
-        (tmp_path / tool).symlink_to(shutil.which(tool))
-    shell = ["bash", "-ec", "\n".join(printed())]
-    done = subprocess.run(shell, cwd=tmp_path, env={"PATH": str(tmp_path)}, capture_output=True, text=True)
-    assert (done.returncode, done.stderr) == (0, "")
-    commands = [words.splitlines() for words in (tmp_path / "called").read_text().split("\n\n")[:-1]]
-    assert len(commands) >= 8
-    for command in commands:
-        code, out, err = run(*command, cwd=tmp_path)
-        assert code == 0, (command, err)
-        assert max(map(len, out.splitlines())) <= 80, command
-
-
 def test_the_first_line_installs_what_the_library_example_imports():
     assert "from shakedown.fem import" in blocks("pycon")[0]
     assert "pip install -q --no-compile '.[fem]'" in blocks("sh")[0]
@@ -79,33 +34,6 @@ def test_each_line_stands_by_itself(marker):
     lines = block.group(1).splitlines()
     assert len(lines) == 1
     assert lines[0].startswith("python3 -m venv ")
-
-
-def test_ci_runs_the_test_command_where_nothing_is_beside_one_python(tmp_path):
-    """Copied beside another README, whose command says where it is."""
-    seen = "import json, os, shutil, sys; print(json.dumps([dict(os.environ), shutil.which('ccx'), sys.executable]))"
-    (tmp_path / "README.md").write_text(f'<!-- test command -->\n```sh\npython3 -c "{seen}" && exit 3\n```\n')
-    for name in (".ci/bare", "tools/ccx"):
-        (tmp_path / name).parent.mkdir()
-        shutil.copy(ROOT / ".ci" / "bare", tmp_path / name)
-    settings = {
-        "HOME": str(tmp_path),
-        "PIP_RETRIES": "7",
-        "SHAKEDOWN_EXTRA": "1",
-        "OPENBLAS_CORETYPE": "Haswell",
-    }
-    done = subprocess.run(
-        ["bash", ".ci/bare", "test", sys.executable, "OPENBLAS_CORETYPE=Nehalem"],
-        cwd=tmp_path, env=settings | {"PATH": f"{tmp_path / 'tools'}:{os.environ['PATH']}"},
-        capture_output=True, text=True,
-    )  # fmt: skip
-    environment, ccx, python = json.loads(done.stdout.splitlines()[-1])
-    assert done.returncode == 3
-    assert (ccx, python) == (None, sys.executable)
-    assert environment["HOME"] != str(tmp_path)
-    of_bash = {"PWD", "OLDPWD", "SHLVL", "_", "LC_CTYPE"}
-    assert set(environment) - of_bash == {"HOME", "PATH", "PIP_CACHE_DIR", "PIP_RETRIES", "OPENBLAS_CORETYPE"}
-    assert environment["OPENBLAS_CORETYPE"] == "Nehalem"
 
 
 def test_all_scripts_of_ci_take_the_command_from_there():

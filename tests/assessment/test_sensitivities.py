@@ -75,7 +75,7 @@ def test_built_in_joints_agree_with_differences(name, bound):
 
 def test_random_joints_agree_with_differences():
     rng, errors = np.random.default_rng(7), []
-    for kind in ["any", "loose", "above thresholds", "floating"] * 3:
+    for kind in ["any", "loose", "above thresholds", "floating"] * 2:
         problem = joint_of_kind(rng, kind)
         start = 0.3 * rng.normal(size=problem.n)
         if problem.n > 4:
@@ -84,7 +84,7 @@ def test_random_joints_agree_with_differences():
             largest_error(problem, upper), largest_error(problem, lambda p: energy(p, initial_slip=start))  # noqa: B023
         ]  # fmt: skip
     errors = np.array(errors)
-    assert np.sum(np.isfinite(errors)) >= 8
+    assert np.sum(np.isfinite(errors)) >= 5
     assert np.nanmax(errors) < 1e-6
 
 

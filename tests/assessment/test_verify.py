@@ -106,12 +106,11 @@ def bounded_runs(report):
 @pytest.mark.parametrize(
     "joint",
     [
-        TWO,
         replace(shakedown.example("block-9"), f=np.full(9, 0.2)),
         replace(TWO, initial_slip=[[0.1, -0.2], [0.0, 0.0]]),
         replace(TWO, q_transient=[[100.0, -300.0]], p_transient=[[700.0, 1200.0]]),
     ],
-    ids=["two-node", "block-9", "given", "transient"],
+    ids=["block-9", "given", "transient"],
 )
 def test_a_bound_of_total_slip_beyond_the_ball_is_simulated_just_below(joint: Problem) -> None:
     report = shakedown.verify(joint, random_states=0, budget=0)

@@ -12,7 +12,7 @@ from tests.partly_open import SOME, partly_open, zone_bound
 RECEDING = shakedown.example("receding-block")
 
 
-@pytest.mark.parametrize("seed", SOME[2:4])
+@pytest.mark.parametrize("seed", SOME[2:3])
 def test_predictions_of_zones_agree(seed):
     problem = partly_open(seed)
     result = verify(problem, random_states=1)

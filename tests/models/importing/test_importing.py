@@ -221,6 +221,7 @@ def test_time_functions(tmp_path):
     assert history_of([1, 2.5]).tolist() == [1.0, 2.5]
     assert history_of({"points": [[0, 0], [0.5, 1], [1, 0]]}).tolist() == [0.0, 0.5, 1.0, 0.5]
     assert history_of({"points": [[0.25, 1], [0.75, 3]]}).tolist() == [2.0, 1.0, 2.0, 3.0]
+    assert history_of({"points": [[0, 0], [1, 2]]}).tolist() == [0.0, 0.5, 1.0, 1.5]  # falls back at the end
     assert history_of({"file": "h.txt", "column": 2}, tmp_path).tolist() == [1.0, -2.0]
     for wrong, message in (
         ({"points": [[0.5, 1], [0.2, 0]]}, "in ascending order"),

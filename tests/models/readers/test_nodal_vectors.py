@@ -26,6 +26,7 @@ FILES = {
     "dat": (writers.calculix_displacements(STEPS), 5e-7),
     "frd": (writers.calculix_frd(STEPS, ("FORC", "DISP")), 5e-6),
     "table": (TABLE, 0.0),
+    "table without a heading": (TABLE.partition("\n")[2], 0.0),
 }
 
 
