@@ -18,12 +18,12 @@ of a joint:
   corner do not.
 """
 
+from shakedown.ground.errors import not_installed as _not_installed
+
 try:  # what the extra brings
     import skfem as skfem
 except ImportError as error:
-    raise ImportError(
-        f"shakedown.fem needs scikit-fem ({error}): pip install 'shakedown-bounds[fem]'"
-    ) from None
+    raise ImportError(_not_installed("shakedown.fem", "scikit-fem", "fem")) from error
 
 from shakedown.fem.body import ElasticBody, Material, Support
 from shakedown.fem.contact import contact_condensation, contact_problem, modal_load
