@@ -36,5 +36,5 @@ def tables(rows: list[dict]) -> str:
 
 
 def figures(rows: list[dict]) -> dict[str, Figure]:
-    label = "amplitude of the shear of the wall [kN]"
+    label = "shear force amplitude [kN]"
     return {"bolted_flange": work_picture(rows, LOADS, SHEAR, label)}

@@ -66,8 +66,8 @@ def _hard_cases() -> Figures:
     others = ", ".join(f"{method} {count}" for method, count in peers)
     total = len(verdicts[own[0]])
     return [
-        (f"limits of {total} hard cases against enumeration in fractions, right to 1e-9", f"{own[1]}"),
-        ("the same cases by other methods", others),
+        (f"limits of {total} ill-conditioned cases, correct to 1e-9", f"{own[1]}"),
+        ("the same by other solvers", others),
     ]
 
 
@@ -83,10 +83,10 @@ def _stability() -> Figures:
     others = ", ".join(f"{method} {figure}" for method, figure in right.items())
     return [
         (
-            f"paths of {scenes} hard scenes against fractions: right to 1e-9 or round-off (silently off)",
+            f"paths of {scenes} ill-conditioned cases, correct to 1e-9 or round-off (wrong without notice)",
             event,
         ),
-        ("the same scenes at fixed steps", others),
+        ("the same in fixed steps", others),
     ]
 
 
@@ -102,8 +102,8 @@ def _long_term() -> Figures:
         words = [row["verdict"] for row in found if row["method"] == method]
         others.append(f"{method}: {words.count('false')} false, {words.count('undecided')} open")
     return [
-        (f"long-term states near limits against closed form, {median:.0f} cycles in the median",
-         f"{right} of {len(event)} right"),
+        (f"long-term states near limits, after {median:.0f} cycles (median)",
+         f"{right} of {len(event)} correct"),
         ("the same by plain cycling", "; ".join(others)),
     ]  # fmt: skip
 
@@ -121,9 +121,9 @@ def _calculix() -> Figures:
         for word in ("no slip", "slips in every cycle")
     }
     return [
-        ("slips after a cycle, against CalculiX's own contact", f"{apart['slip_apart']:.2g} %"),
-        ("pressures; steady ranges of slip", f"{apart['pressure_apart']:.2g} %; {apart['range_apart']:.2g} %"),
-        ("load over λ_T up to which, from which CalculiX finds no slip, slip in every cycle",
+        ("slip after a cycle, difference from CalculiX's contact", f"{apart['slip_apart']:.2g} %"),
+        ("pressure; steady slip range", f"{apart['pressure_apart']:.2g} %; {apart['range_apart']:.2g} %"),
+        ("load relative to λ_T at which CalculiX finds no slip, slip in every cycle",
          f"{max(bracket['no slip'])}, {min(bracket['slips in every cycle'])}"),
     ]  # fmt: skip
 
@@ -134,43 +134,32 @@ def _damping() -> Figures:
     (row,), (rule,) = (damping.of_part(found, part) for part in ("row", "rule"))
     wrong = [100 * (masing / exact - 1) for masing, exact in zip(rule["masing"], rule["exact"], strict=True)]
     return [
-        (f"dissipation of a row of {row['n']} Jenkins elements", f"{max(row['errors']):.0e}"),
+        (f"dissipation of a row of {row['n']} Jenkins elements, error", f"{max(row['errors']):.0e}"),
         (f"of a bar on a frictional foundation, {bar['n']} elements", f"{bar['errors'][1]:.0e}"),
         (f"of a sphere on a flat, {sphere['patches']} patches (Cattaneo, Mindlin)",
          f"{sphere['errors'][1]:.0e}"),
-        ("too much by Masing's rule where slip and pressure are coupled", f"{_range(wrong, ',.0f')} %"),
+        ("overestimate by Masing's rule where slip changes pressure", f"{_range(wrong, ',.0f')} %"),
     ]  # fmt: skip
 
 
 def _space_classical() -> Figures:
     exact = rows("space_classical")
-    names = {
-        "displacement": "displacement",
-        "dissipation": "dissipation",
-        "stick": "radius of the stick zone",
-    }
-    return [
-        (f"sphere on a flat, {exact[-1]['n']} patches: {words} (order)",
-         f"{space_classical.mean(exact[-1], key):.0e} ({space_classical.order(exact, key):.2f})")
-        for key, words in names.items()
-    ]  # fmt: skip
+    errors = (
+        f"{space_classical.mean(exact[-1], key):.0e} ({space_classical.order(exact, key):.2f})"
+        for key in ("displacement", "dissipation", "stick")
+    )
+    what = "error (order) of displacement, dissipation, radius of the stick zone"
+    return [(f"sphere on a flat, {exact[-1]['n']} patches: {what}", ", ".join(errors))]
 
 
 def _refinement() -> Figures:
     found = refinement.refinements(rows("refinement")).values()
-    named = {
-        "work": "friction work",
-        "slip_limit": "load factor up to which slips stay small",
-        "averaged_impossible_above": "λ_max averaged over a length",
-        "impossible_above": "λ_max",
-    }
     figures = []
-    for name, words in named.items():
+    for name in ("work", "slip_limit", "averaged_impossible_above", "impossible_above"):
         verdicts = [each.verdict[name] for each in found if isfinite(each.numbers[name][-1])]
-        figures.append(
-            (f"{words} converges with the mesh", f"{verdicts.count('converges')} of {len(verdicts)}")
-        )
-    return figures
+        figures.append(f"{verdicts.count('converges')} of {len(verdicts)}")
+    what = "converge with the mesh: friction work, λ_X, λ_max averaged over a length, λ_max"
+    return [(f"joints in which these {what}", ", ".join(figures))]
 
 
 def _bolted_flange() -> Figures:
@@ -189,21 +178,17 @@ def _bounds() -> Figures:
     lower, upper = (found[bound, "shakedown"]["seconds"] for bound in ("lower", "upper"))
     node, whole = found["lower", "highspy"]["relative"], found["upper", "highspy"]["relative"]
     return [
-        ("λ_1 of 250 nodes", f"{lower:.2g} s"),
-        ("one program per node by HiGHS (scaled up), in times of that", f"{node:,.0f}"),
-        ("λ_max of 250 nodes", f"{upper:.2g} s"),
-        ("HiGHS called directly, in times of that", f"{whole:.2f}"),
+        ("λ_1 of 250 nodes; by one HiGHS program per node (scaled up)", f"{lower:.2g} s; {node:,.0f} times"),
+        ("λ_max of 250 nodes; by HiGHS called directly", f"{upper:.2g} s; {whole:.2f} times"),
     ]
 
 
 def _large_joints() -> Figures:
     found = rows("large_joints")
     largest = max(row["n"] for row in found)
-    return [
-        (f"{name} of {largest} nodes (random, chain, block)",
-         f"{_range([row[name]['seconds'] for row in found if row['n'] == largest])} s")
-        for name in ("λ_max", "λ_1", "λ_E")
-    ]  # fmt: skip
+    names = ("λ_max", "λ_1", "λ_E")
+    seconds = (_range([row[name]["seconds"] for row in found if row["n"] == largest]) for name in names)
+    return [(f"{', '.join(names)} of {largest} nodes (random, chain, block)", f"{', '.join(seconds)} s")]
 
 
 def _enumeration() -> Figures:
@@ -211,41 +196,34 @@ def _enumeration() -> Figures:
     found = {row["method"]: row for row in rows("enumeration") if row["n"] == largest}
     tree, batches = found["tree, one core"], found["numpy batches"]
     ratio = batches["nanoseconds"] / tree["nanoseconds"]
+    what = f"each of the {tree['total']:,} critical load factors of {largest} nodes"
     return [
-        (f"each of the {tree['total']:,} critical load factors of {largest} nodes",
-         f"{tree['nanoseconds']:.0f} ns"),
-        ("batched `numpy.linalg.solve`, in times of that", f"{ratio:.0f}"),
-    ]  # fmt: skip
+        (f"{what}; by `numpy.linalg.solve` in batches", f"{tree['nanoseconds']:.0f} ns; {ratio:.0f} times")
+    ]
 
 
 def _evolution() -> Figures:
     found = [row for row in rows("evolution") if row["parts"] == 1 and row["tolerance"] in (1e-13, 1e-12)]
     methods = {"gauss-seidel": "Gauss–Seidel", "nsgs": "Siconos NSGS", "lemke": "Siconos Lemke"}
     relative = {name: [row["relative"] for row in found if row["method"] == name] for name in methods}
-    return [
-        (
-            f"a cycle by {methods[name]} at the given load steps, in times of the exact path",
-            _range(ratios, ".1f"),
-        )
-        for name, ratios in relative.items()
-        if ratios
-    ]
+    timed = {methods[name]: _range(ratios, ".1f") for name, ratios in relative.items() if ratios}
+    what = "a cycle in the given load steps, relative to the time of the exact path"
+    return [(f"{what}: {', '.join(timed)}", ", ".join(timed.values()))]
 
 
 def _space_peers() -> Figures:
     measured = [row for row in rows("space_peers") if row["scene"].partition(",")[0].isdigit()]
-    figures = []
-    for error in (1e-4, 1e-6):
-        ratios = [others / own for own, others, _ in times(measured, error).values()]
-        what = f"a cycle of implicit steps in space to an error of {error:.0e} (Newton's method, at d47e2afa)"
-        figures.append((f"{what}, in times of the path from event to event", _range(ratios, ",.0f")))
-    return figures
+    errors = (1e-4, 1e-6)
+    ratios = ([others / own for own, others, _ in times(measured, error).values()] for error in errors)
+    cycle = f"a cycle of implicit steps in space (Newton's method, at d47e2afa) to an error of {errors[0]:.0e}, {errors[1]:.0e}"
+    return [(f"{cycle}, relative to the path from event to event",
+             ", ".join(_range(each, ",.0f") for each in ratios))]  # fmt: skip
 
 
 def _classical() -> Figures:
     found = [row for row in rows("classical_contacts") if row["contact"] == "P and Q vary"]
     apart = max(row["apart"] for row in found)
-    return [("cylinder on a flat, normal and tangential force out of phase: half-width of what never slips, against "
+    return [("cylinder on a flat, P and Q out of phase: half-width of the permanent stick zone, difference from "
              "half-planes (Barber, Davies and Hills 2011; Andresen and Hills 2019)", f"{apart:.2g} elements at most")]  # fmt: skip
 
 
@@ -271,8 +249,8 @@ SPEED = {
 
 def section() -> str:
     """The section between the markers of the page."""
-    text = f"## How long it takes\n\n{seconds()}"
-    for heading, studies in {"How far it is off": ACCURACY, "Beside other methods": SPEED}.items():
+    text = f"## Computation time\n\n{seconds()}"
+    for heading, studies in {"Accuracy": ACCURACY, "Compared with other methods": SPEED}.items():
         lines = [
             [what, figure, f"`{study}`"] for study, of_study in studies.items() for what, figure in of_study()
         ]

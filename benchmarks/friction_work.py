@@ -87,7 +87,7 @@ def work_table(rows: list[dict], loads: Sequence[float], scale: float, unit: str
 
 def work_picture(rows: list[dict], loads: Sequence[float], scale: float, load: str) -> Figure:
     """Friction work over the amplitude; pressure and slip over the patch of the finest mesh."""
-    figure = Figure(figsize=(9.6, 7.6), layout="constrained")
+    figure = Figure(figsize=(8.4, 6.8), layout="constrained")
     panels = figure.subplots(2, 2)
     row = rows[-1]
     _work_curves(panels[0, 0], rows, loads, load)
@@ -95,11 +95,11 @@ def work_picture(rows: list[dict], loads: Sequence[float], scale: float, load: s
     unit = load[load.rindex("[") + 1 : -1]
     for axes, factor, way in zip(panels[1], row["shown"], row["way"], strict=True):
         slips = _slips(np.array(way), np.array(row["way"][-1]))
-        _patch(axes, row, 1e3 * np.array(way), "slip path per cycle [µm]", slips)
+        _patch(axes, row, 1e3 * np.array(way), "sliding distance per cycle [µm]", slips)
         axes.set_title(
             f"{scale * factor:g} {unit}: {slips.sum()} of {row['n']} pairs slip", fontsize="medium"
         )
-    panels[0, 1].set_title(f"{row['n']} pairs before the vibration", fontsize="medium")
+    panels[0, 1].set_title("constant load alone", fontsize="medium")
     return figure
 
 
