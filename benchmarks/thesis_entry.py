@@ -6,8 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-NOTHING = "–"
-
 
 class Entry(NamedTuple):
     """One line of ``docs/thesis.md``."""
@@ -36,27 +34,48 @@ def entry(
 
 
 def markdown(entries: Sequence[Entry]) -> str:
-    """A table of entries."""
-    lines = [
-        "| thesis | what | in the toolkit | printed | computed | largest relative difference |",
-        "|---|---|---|---|---|---|",
-    ]
-    return "\n".join([*lines, *map(_line, entries)])
+    """A table of the entries with printed numbers, then one of those that are only to be found."""
+    tables = {
+        "| thesis | what | in the toolkit | printed | computed | difference |": [
+            _line(one) for one in entries if one.printed
+        ],
+        "| thesis | what | in the toolkit |": [_place(one) for one in entries if not one.printed],
+    }
+    return "\n\n".join(_table(head, lines) for head, lines in tables.items() if lines)
 
 
-def _line(one: Entry) -> str:
-    homes = ", ".join(f"`{home}`" for home in one.homes)
-    shown = ", ".join(f"{value:.6g}" for value in one.computed)
-    if one.figure:
-        picture = f"[figure](../benchmarks/results/{one.figure}.png)"
-        shown = f"{shown}, {picture}" if shown else picture
-    cells = (one.where, one.what, homes, ", ".join(one.printed) or NOTHING, shown or NOTHING, _verdict(one))
+def _table(head: str, lines: list[str]) -> str:
+    return "\n".join([head, "|---" * (head.count("|") - 1) + "|", *lines])
+
+
+def _row(*cells: str) -> str:
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
+def _line(one: Entry) -> str:
+    """Printed beside computed."""
+    return _row(one.where, one.what, _homes(one), ", ".join(one.printed), _shown(one), _verdict(one))
+
+
+def _place(one: Entry) -> str:
+    """Where it is, and what is computed of it."""
+    remarks = [text for text in (one.what, _shown(one), one.note) if text]
+    return _row(one.where, ": ".join(remarks), _homes(one))
+
+
+def _homes(one: Entry) -> str:
+    return ", ".join(f"`{home}`" for home in one.homes)
+
+
+def _shown(one: Entry) -> str:
+    """The computed numbers, and the picture."""
+    picture = [f"[figure](../benchmarks/results/{one.figure}.png)"] * bool(one.figure)
+    return ", ".join([*(f"{value:.6g}" for value in one.computed), *picture])
+
+
 def _verdict(one: Entry) -> str:
-    if not one.printed or one.note:
-        return one.note or NOTHING
+    if one.note:
+        return one.note
     difference = relative_difference(one)
     return f"{difference:.1e}, same digits" if same_digits(one) else f"{difference:.1e}"
 

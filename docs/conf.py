@@ -22,10 +22,11 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_gallery.gen_gallery",
     "api_pages",
+    "downloads",
     "mathml",
     "plain_docstrings",
 ]
-exclude_patterns = ["_build", "_extensions", "gallery", "paper", "packaging"]
+exclude_patterns = ["_build", "_extensions", "_scripts", "gallery"]
 suppress_warnings = [
     "config.cache",  # the functions of the gallery cannot be pickled
     "ref.python",  # one attribute name of several results, in prose

@@ -45,6 +45,7 @@ ELSEWHERE = (  # lines that the continuous integration runs, or that need anothe
     "pip install",
     "python -m benchmarks",
     "ccx ",
+    "cd ",
     "dask ",
     "eval ",
 )

@@ -2,7 +2,7 @@
 The root of a turbine blade
 ===========================
 
-Two flanks of a dovetail, each a patch of its own, pressed by the rotor's spin and bent by the gas.
+A dovetail with two flanks, one patch each, loaded by centrifugal force and by gas bending.
 """
 
 import matplotlib.pyplot as plt
@@ -19,5 +19,5 @@ for patch, axes in enumerate(panels):
     shakedown.plot.slip_over_patch(run, joint, patch=patch, ax=axes)
 
 # %%
-# λ_max says that *some* slip would protect the root at this load. From the state that the first run-up leaves it does not
-# get there: friction decides by history, and proved from this state is what counts (:doc:`/explanation/what-is-proved`).
+# Below λ_max *some* locked-in slip would protect the root at this load. The first run-up does not lead to it, so the root
+# slips in every cycle: the limit that counts is "proved from this state" (:doc:`/explanation/what-is-proved`).

@@ -2,7 +2,7 @@
 From the first cycle to the last
 ================================
 
-How much the nodes slip, cycle after cycle: below the limit less and less, above it for ever.
+Slip in each cycle: below the limit it decays, above it it never ceases.
 """
 
 import matplotlib.pyplot as plt
@@ -17,5 +17,5 @@ for name, run in runs.items():
     print(name, run.outcome.value)
 
 # %%
-# Four nodes in space, from slip zero. Below λ_T what slips falls from cycle to cycle, the slower the nearer to λ_T; above it the
-# slip tends to that of a limit cycle.
+# Four nodes in space, starting from zero slip. Below λ_T the slip per cycle decays, more slowly the nearer the load factor
+# is to λ_T; above λ_T it tends to that of a limit cycle.

@@ -2,8 +2,8 @@
 Regions over friction and preload
 =================================
 
-Where is the joint proved to come to rest, and where can it not? Dots are the designs that were computed; between them
-the areas are interpolated, and nothing is proved there.
+Where is the joint proved to come to rest, and where is that impossible? Dots are computed designs; the areas between
+them are interpolated.
 """
 
 import matplotlib.pyplot as plt
@@ -21,5 +21,5 @@ _, axes = plt.subplots(figsize=(8, 5), layout="constrained")
 shakedown.plot.regions(found, ax=axes)
 
 # %%
-# More friction always raises λ_max and λ_E of this joint. What is proved from *every* state ends where so much friction
-# can lock in slip that lifts a node off (:doc:`/designs`).
+# More friction always raises λ_max and λ_E of this joint. The region proved from *every* state ends where friction can
+# lock in enough slip to lift a node off (:doc:`/designs`).

@@ -2,8 +2,8 @@
 Friction and preload from a measured damping curve
 ==================================================
 
-A test gives the loss factor and the stiffness of a joint at a few amplitudes. Least squares find the friction and the
-preload that explain them, and how well the test determines either.
+A test gives the loss factor and the stiffness of a joint at a few amplitudes. A least-squares fit finds friction and
+preload, and how well the test determines them.
 """
 
 import matplotlib.pyplot as plt
@@ -29,7 +29,7 @@ def curve(friction, preload):
 
 
 # %%
-# What was measured: here the curve at friction 0.45 and 1.1 times the nominal preload, with errors of 0.003 in the loss
+# The "measurement" is the computed curve at friction 0.45 and 1.1 times the nominal preload, with errors of 0.003 in the loss
 # factor and of 0.03 % in the stiffness.
 stiffness = shakedown.damping(base, [1e-3], load="force").secant_stiffness[0]
 measured = curve(0.45, 1.1) + 0.003 * np.random.default_rng(2).normal(size=18)
@@ -50,6 +50,6 @@ for axes, part, name in ((left, slice(0, 9), "loss factor η"), (right, slice(9,
     axes.legend()
 
 # %%
-# Friction and preload are determined much better by their product than each alone, as the correlation says: where a
-# load does not change the pressures, only the product counts (:doc:`/damping`). The uncertainties are those of first
-# order; the curve has kinks where another node begins to slip.
+# The test determines the product of friction and preload much better than either alone, as their correlation shows: where
+# a load does not change the pressures, only the product counts (:doc:`/damping`). Uncertainties are of first order; the
+# curve has kinks where another node begins to slip.

@@ -1,6 +1,6 @@
 """
-Who slips in a bolted flange
-============================
+Where a bolted flange slips
+===========================
 
 A sector of a flange, pulled and sheared around its bolt, at 1.5 times the load above which it cannot come to rest.
 """
@@ -19,5 +19,5 @@ shakedown.plot.work_over_patch(run, joint, ax=panels[2])
 print(f"λ_max = {limit:.4f}; at 1.5 λ_max: {run.outcome.value}")
 
 # %%
-# The contact from above, with the bolt in its hole: what the preload presses, how far each node slips in a cycle, and the work of
-# friction there, which wear goes with.
+# The contact from above, around the bolt hole: pressure under preload, sliding distance per cycle, and friction work, to
+# which wear is proportional.

@@ -1,8 +1,8 @@
 """
-Slips that go around
-====================
+Slip orbits
+===========
 
-Four nodes in space, pushed around in a circle: above the limit each slip is an orbit, which no rule of to and fro describes.
+Four nodes in space under a rotating load: above the limit the slip of a node is an orbit, not a motion to and fro.
 """
 
 import matplotlib.pyplot as plt
@@ -21,5 +21,6 @@ print(
 )
 
 # %%
-# Left: the slip of the one node that never comes to rest, in its tangential plane over one period; the path is closed. Right: its
-# tangential reaction over the limit, and that of a node that sticks; on the rim a node slips, against its reaction.
+# Left: the slip of the one node that never comes to rest, in its tangential plane over one period; the path is closed.
+# Right: its tangential reaction relative to the friction limit, and that of a node that sticks. On the circle a node
+# slips, in the direction opposite to its reaction.

@@ -28,6 +28,6 @@ shakedown.plot.load_factor_scale(
 )
 
 # %%
-# λ = 1, the nominal load, lies where no slip helps.
+# The nominal load, λ = 1, lies where no locked-in slip helps.
 
 print(f"{found.proved_from_every_state:.4f} {found.proved_from_this_state:.4f} {found.impossible_above:.4f}")

@@ -16,5 +16,4 @@ _, axes = plt.subplots(figsize=(8, 4), layout="constrained")
 shakedown.plot.sensitivity(found, joint, ax=axes)
 
 # %%
-# An elasticity of 0.3 says that 1 % more of it at that node raises λ_max by 0.3 %
-# (:doc:`/interpretation`).
+# With an elasticity of 0.3, an increase of 1 % at that node raises λ_max by 0.3 % (:doc:`/interpretation`).

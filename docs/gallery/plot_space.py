@@ -46,6 +46,6 @@ panels[1].set_aspect("equal")
 panels[1].legend(loc="upper left", fontsize="small")
 
 # %%
-# An elastic block, pressed down and pushed around in a circle (:doc:`/tutorials/plane-joint`). Left: the slips, the arrows
-# much enlarged. Right: the reaction of a corner over the period as a share of what friction carries. Without slip it
-# leaves the disc; with the safe slip it just stays inside.
+# An elastic block, pressed down under a rotating push (:doc:`/tutorials/plane-joint`). Left: the slips, much enlarged.
+# Right: the reaction of a corner over the period, relative to the friction limit. Without slip it leaves the disc; with
+# the safe slip it just stays inside.

@@ -2,8 +2,7 @@
 Which initial slips shake down?
 ===============================
 
-Between the bounds the slip that is locked in at assembly decides. A map follows many initial slips, each to its
-long-term state.
+Between the limits the slip locked in at assembly decides. A map follows many initial slips to their long-term states.
 """
 
 import matplotlib.pyplot as plt
@@ -24,8 +23,7 @@ apex = np.linalg.solve(rows.G[own], (rows.g - 0.7 * rows.d)[own])
 axes.axvline(apex[0], color="r", ls="-.")
 
 # %%
-# Inside the energy ball (dashed) shakedown is proved. Beyond the line through the apex of node 1 (red), at which both
-# limits of that node are active, they have crossed: it slips to and fro, the more the farther from the apex
-# (:doc:`/maps`).
+# Inside the energy ball (dashed) shakedown is proved. At the apex (red) both limits of node 1 are active. Beyond the line
+# through it they have crossed, and the node slips to and fro, farther with the distance from the apex (:doc:`/maps`).
 
 print(f"{found.shakedown_fraction:.1%} of these states shake down")

@@ -1,9 +1,9 @@
 """
-How far can a node slip until it rests for ever?
+How far can a node slip before it comes to rest?
 ================================================
 
-Below λ_S no order of the loads moves a node farther than a proved length. Here it is held against what the loading in its
-order does.
+Below λ_S no order of the loads moves a node farther than a proved distance. Here that bound is compared with the slip under
+one order.
 """
 
 import matplotlib.pyplot as plt
@@ -24,4 +24,4 @@ axes.set(xlabel="position [mm]", ylabel="total slip [mm]", title=f"λ_S = {limit
 axes.legend()
 
 # %%
-# The bound holds for every order of the loads, and is therefore larger than what one order does (:doc:`/accumulated`).
+# The bound holds for every order of the loads, so it exceeds the slip under a single one (:doc:`/accumulated`).

@@ -2,8 +2,8 @@
 The safe region of two nodes
 ============================
 
-Each node has two limits, so that two nodes have four rows in the plane of their slips. What lies within all four is
-safe: locked in, it stays. As the load factor grows the rows move inwards (thesis, figure 5.4).
+Each node has two friction limits: four lines in the plane of the two slips. Slips within all four are safe: locked in,
+they stay. As the load factor grows the lines move inwards (thesis, figure 5.4).
 """
 
 import matplotlib.pyplot as plt
@@ -30,5 +30,5 @@ for load_factor, panel in zip((0.8, 1.16), panels, strict=True):
 
 # %%
 # At λ = 0.8 both motions end inside the region. At λ = 1.16, between λ_1 = 1.120 and λ_max = 1.226, the motion from the
-# critical slip state is caught between two rows of node 0 that have crossed, and never ends
-# (:doc:`/tutorials/two-nodes` works this out by hand).
+# critical slip state is caught between two crossed lines of node 0 and never ends (:doc:`/tutorials/two-nodes` has the
+# calculation by hand).

@@ -16,7 +16,7 @@ from scipy import sparse
 from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
 from shakedown.bounds.discs.scaled_solution import scaled_discs
 from shakedown.ground.constants import CONE, FloatArray
-from shakedown.ground.errors import Missing, SolverError, UsageError, sought
+from shakedown.ground.errors import Missing, SolverError, UsageError, not_installed, sought
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, node_numbers, require_plane
@@ -263,9 +263,7 @@ def _by_cvxpy(
     try:
         import cvxpy as cp  # slow to import and needed only here
     except ImportError:
-        raise UsageError(
-            f"solver: {solver!r} needs cvxpy, found none: pip install 'shakedown-bounds[solvers]'"
-        ) from None
+        raise UsageError(not_installed(f"solver {solver!r}", "cvxpy", "solvers")) from None
 
     x = cp.Variable(len(cost))
     slack, first = right - matrix @ x, equal + less

@@ -36,7 +36,7 @@ from threadpoolctl import threadpool_limits
 
 from shakedown.files.atomic_write import PART, locked, pieces_beside, refusing
 from shakedown.ground.argument_kinds import check_count
-from shakedown.ground.errors import ProblemError, ShakedownError, SolverError, UsageError
+from shakedown.ground.errors import ProblemError, ShakedownError, SolverError, UsageError, not_installed
 from shakedown.ground.shown_values import visible
 from shakedown.ground.work_limit import all_cores
 from shakedown.joint.problem import Problem
@@ -62,10 +62,7 @@ def cluster_executor(address: str | None) -> Iterator[Executor | None]:
     try:
         from distributed.scheduler import KilledWorker
     except ImportError:
-        raise UsageError(
-            "scheduler: expected dask.distributed to be installed, found none (pip install "
-            "'shakedown-bounds[cluster]')"
-        ) from None
+        raise UsageError(not_installed("scheduler", "dask.distributed", "cluster")) from None
     log = logging.getLogger("distributed.client")  # it has a traceback for a scheduler that is gone
     level = log.level
     log.setLevel(logging.CRITICAL)

@@ -20,11 +20,11 @@ of a joint:
 
 import lazy_loader
 
+from shakedown.ground.errors import not_installed as _not_installed
+
 try:  # what the extra brings
     import skfem as skfem
 except ImportError as error:
-    raise ImportError(
-        f"shakedown.fem needs scikit-fem ({error}): pip install 'shakedown-bounds[fem]'"
-    ) from None
+    raise ImportError(_not_installed("shakedown.fem", "scikit-fem", "fem")) from error
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -3,6 +3,8 @@
 A mode is one of the joint whose contact sticks; its inertia forces are a load.
 """
 
+from __future__ import annotations
+
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

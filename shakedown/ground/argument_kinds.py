@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields
 from decimal import Decimal
 from functools import wraps
-from inspect import get_annotations, unwrap
+from inspect import get_annotations, signature, unwrap
 from itertools import chain, islice, repeat
 from numbers import Integral, Real
 from types import NoneType, UnionType
@@ -101,6 +101,9 @@ def checked(function: Callable[P, T]) -> Callable[P, T]:
     or false. A path, a function, a class of this toolkit, a dictionary is one. What an annotation says
     otherwise (``ArrayLike``, ``Any``) is left to the function.
 
+    ``help`` shows names and defaults only, as in SciPy: the docstring has shapes and units, and annotations
+    of NumPy's types would fill a screen.
+
     Raises
     ------
     UsageError
@@ -120,6 +123,9 @@ def checked(function: Callable[P, T]) -> Callable[P, T]:
         named = {name: _read(kinds, name, value) for name, value in kwargs.items()}
         return function(*placed, **named)
 
+    shown = signature(inner)
+    bare = [each.replace(annotation=each.empty) for each in shown.parameters.values()]
+    vars(guarded)["__signature__"] = shown.replace(parameters=bare, return_annotation=shown.empty)
     return guarded
 
 

@@ -41,6 +41,17 @@ class SolverError(ShakedownError, RuntimeError):
     """A numerical solver ended in a state from which no checked result follows."""
 
 
+def not_installed(where: str, package: str, extra: str) -> str:
+    """The line about an optional package that is missing, with the command that installs it from a clone.
+
+    Examples
+    --------
+    >>> not_installed("to_frame", "pandas", "frames")
+    "to_frame: expected pandas, found it not installed; in a clone: pip install '.[frames]'"
+    """
+    return f"{where}: expected {package}, found it not installed; in a clone: pip install '.[{extra}]'"
+
+
 @contextmanager
 def found_in(where: object) -> Iterator[None]:
     """Add to a ``ProblemError`` raised inside where it was found."""

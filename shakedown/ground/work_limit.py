@@ -6,15 +6,11 @@ from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache, wraps
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from shakedown.ground.constants import P, T
-
-if TYPE_CHECKING:
-    from threadpoolctl import ThreadpoolController
-
 
 BY_BLAS = 0.1  # time of an operation of dense linear algebra, relative to one of a loop
 
@@ -65,12 +61,10 @@ def work_is_left() -> bool:
     return limit is None or limit.taken < limit.allowed
 
 
-@contextmanager
-def work_again() -> Iterator[WorkLimit]:
+def work_again() -> AbstractContextManager[WorkLimit]:
     """As much work as the present limit allows, once more: for the numbers of what is found."""
     limit = _PRESENT.get()
-    with limited_work(np.inf if limit is None else limit.allowed) as again:
-        yield again
+    return limited_work(np.inf if limit is None else limit.allowed)
 
 
 def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:
@@ -94,14 +88,13 @@ def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:
     return limited
 
 
-def threads_of_blas(count: int) -> AbstractContextManager[object]:
+def threads_of_blas(count: int) -> Any:
     """Limit the threads of BLAS to a number while a block runs."""
-    limited: AbstractContextManager[object] = _libraries().limit(limits=count, user_api="blas")
-    return limited
+    return _libraries().limit(limits=count, user_api="blas")
 
 
 @cache
-def _libraries() -> "ThreadpoolController":
+def _libraries() -> Any:
     """The libraries of NumPy and SciPy with threads, found once, as that takes a millisecond or two."""
     import scipy.linalg  # noqa: F401 -- loads code, as the next line: not before there is work
     from threadpoolctl import ThreadpoolController

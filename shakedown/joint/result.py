@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.errors import UsageError
+from shakedown.ground.errors import UsageError, not_installed
 from shakedown.ground.shown_values import WIDTH, field_names, one_line, plain, same, short
 from shakedown.joint.problem import Problem, ReadOnly
 
@@ -128,9 +128,7 @@ def frame(columns: Mapping[str, Any], problem: Problem | None = None) -> DataFra
     try:
         import pandas
     except ImportError:
-        raise UsageError(
-            "to_frame: needs pandas, found none: pip install 'shakedown-bounds[frames]'"
-        ) from None
+        raise UsageError(not_installed("to_frame", "pandas", "frames")) from None
     table = pandas.DataFrame(dict(columns))
     if problem is not None and len(table) == problem.n:
         table.index.name = "node"

@@ -1,5 +1,7 @@
 """Along a contact in the plane: pressures, use of friction, slip; and numbers of a joint on one scale."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any

@@ -1,5 +1,7 @@
 """Loops of nodes, in slips, reactions and loads; the loop of a load, and damping over its amplitude."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from typing import Any
 

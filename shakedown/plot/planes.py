@@ -1,5 +1,7 @@
 """Planes: the slip space of two nodes with its rows, and the load of one node with its stick sector."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 
 import numpy as np

@@ -68,5 +68,5 @@ def test_statuses_without_an_optimum():
 
 def test_without_cvxpy_its_solvers_are_refused_in_one_line(monkeypatch):
     monkeypatch.setitem(sys.modules, "cvxpy", None)
-    with pytest.raises(UsageError, match=r"^solver: 'SCS' needs cvxpy.*shakedown-bounds\[solvers\]'$"):
+    with pytest.raises(UsageError, match=r"^solver 'SCS': expected cvxpy.* pip install '\.\[solvers\]'$"):
         conic_upper_bound(shakedown.example("two-node"), solver="SCS")

@@ -11,7 +11,7 @@ from code_blocks import Page, blocks, not_run, same
 import shakedown
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGES = sorted(page for page in DOCS.rglob("*.md") if not {"_build", "paper"} & set(page.parts))
+PAGES = sorted(page for page in DOCS.rglob("*.md") if "_build" not in page.parts)
 
 
 def named(page):
@@ -29,8 +29,8 @@ def block(folder):
 
 
 def calculix(folder):
-    """What `ccx punch` writes, as it is shipped."""
-    for name in ("punch.sti", "punch.dof"):
+    """The deck of the example, and what `ccx punch` writes, as they are shipped."""
+    for name in ("punch.inp", "punch.sti", "punch.dof"):
         (folder / name).write_bytes((files("shakedown.models.importing") / "example" / name).read_bytes())
 
 

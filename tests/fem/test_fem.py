@@ -328,7 +328,7 @@ def test_cantilevered_block_behaves_as_the_thesis_says():
 def test_without_scikit_fem_the_import_says_what_to_install():
     code = "import sys; sys.modules['skfem'] = None; import shakedown.fem"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert "pip install 'shakedown-bounds[fem]'" in run.stderr
+    assert "pip install '.[fem]'" in run.stderr
 
 
 def half_plane(n, poisson):

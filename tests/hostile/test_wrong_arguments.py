@@ -1,6 +1,7 @@
 """Arguments of a wrong kind, to every public function: one line, never a traceback, never a wrong answer."""
 
 import inspect
+import typing
 import warnings
 from decimal import Decimal
 from fractions import Fraction
@@ -89,8 +90,18 @@ def parameters_with(test):
                 yield name, parameter.name
 
 
+def typed(*kinds):
+    """Parameters that their annotations say to be of one of these kinds."""
+    types = {name: typing.get_type_hints(function) for name, function in CALLABLE.items()}
+    return [
+        (name, argument)
+        for name, argument in parameters_with(lambda p: True)
+        if types[name].get(argument) in kinds
+    ]
+
+
 WITH_TOLERANCES = list(parameters_with(lambda p: p.name == "tolerances"))
-FLAGS = list(parameters_with(lambda p: p.annotation in (bool, bool | None)))
+FLAGS = typed(bool, bool | None)
 ANY = [
     pair
     for pair in parameters_with(lambda p: p.name not in ("path", "progress", "journal"))
@@ -133,7 +144,7 @@ def test_odd_values_are_answered_or_refused_in_one_line(name, argument):
 
 def of_kind(kind):
     """Parameters that are one number of a kind, and what one of it is everywhere."""
-    return [pair for pair in parameters_with(lambda p: p.annotation is kind) if pair[0] not in SLOW]
+    return [pair for pair in typed(kind) if pair[0] not in SLOW]
 
 
 @pytest.mark.parametrize(("name", "argument"), of_kind(float))

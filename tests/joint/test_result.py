@@ -243,7 +243,7 @@ def test_tables_have_the_rows_that_one_expects():
 
 def test_a_missing_pandas_is_said_in_one_line(monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(shakedown.UsageError, match=r"pip install 'shakedown-bounds\[frames\]'"):
+    with pytest.raises(shakedown.UsageError, match=r"pip install '\.\[frames\]'"):
         made("upper").to_frame()
 
 

@@ -1,5 +1,7 @@
 """Load cases of an elastic model, and their factors at each load step."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from shakedown.ground.constants import IntArray
-from shakedown.ground.errors import ProblemError
+from shakedown.ground.errors import ProblemError, not_installed
 from shakedown.models.readers.formats import OF_MODEL, Format, has
 from shakedown.models.readers.mesh import CORNERS, SOLIDS, Element, Mesh
 from shakedown.models.readers.text import (
@@ -75,9 +75,7 @@ def read_by_meshlane(path: str | os.PathLike[str], kind: str | None = None) -> M
     try:
         import meshlane
     except ImportError:
-        raise unfit(
-            name, "meshlane, which reads meshes", "it not installed (pip install 'shakedown-bounds[fem]')"
-        ) from None
+        raise ProblemError(not_installed(name, "meshlane, which reads meshes", "fem")) from None
     said = io.StringIO()
     try:
         with redirect_stdout(said), redirect_stderr(said), warnings.catch_warnings():

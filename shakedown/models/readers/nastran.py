@@ -20,7 +20,7 @@ import numpy as np
 from scipy import sparse
 
 from shakedown.ground.constants import IntArray
-from shakedown.ground.errors import ProblemError
+from shakedown.ground.errors import ProblemError, not_installed
 from shakedown.models.readers.formats import Format, has
 from shakedown.models.readers.mapped_matrices import row_map
 from shakedown.models.readers.mesh import Mesh
@@ -305,10 +305,7 @@ def pyyeti_module(module: str, name: str) -> ModuleType:
             warnings.simplefilter("ignore")
             return importlib.import_module(f"pyyeti.nastran.{module}")
     except ImportError:
-        raise ProblemError(
-            f"{name}: expected pyYeti, which reads Nastran files, found it not installed "
-            "(pip install 'shakedown-bounds[nastran]')"
-        ) from None
+        raise ProblemError(not_installed(name, "pyYeti, which reads Nastran files", "nastran")) from None
 
 
 _REAL = (1, 2)  # types: single and double precision

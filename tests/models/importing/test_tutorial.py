@@ -1,8 +1,6 @@
-"""The tutorial as it is printed: its script, its deck, its configuration, its commands."""
+"""The tutorial as it is printed: its deck, its configuration, its commands."""
 
 import re
-import runpy
-from contextlib import chdir
 from importlib.resources import files
 from pathlib import Path
 
@@ -26,16 +24,15 @@ def block(language, word):
 
 @pytest.fixture
 def folder(tmp_path):
-    """What the reader of the tutorial has after its first two steps, CalculiX aside."""
-    (tmp_path / "mesh.py").write_text(block("python", "def grid"))
-    with chdir(tmp_path):
-        runpy.run_path("mesh.py")
+    """What the reader of the tutorial has, but for what CalculiX writes."""
+    (tmp_path / "punch.inp").write_text(EXAMPLE.joinpath("punch.inp").read_text())
     (tmp_path / "import.toml").write_text(block("toml", "[contact]"))
     return tmp_path
 
 
-def test_the_deck_of_the_tutorial_is_the_shipped_one(folder):
-    assert (folder / "punch.inp").read_text() == EXAMPLE.joinpath("punch.inp").read_text()
+def test_the_deck_of_the_tutorial_is_the_shipped_one():
+    shipped = iter(EXAMPLE.joinpath("punch.inp").read_text().splitlines())
+    assert all(line in shipped for line in block("text", "*STEP").splitlines())  # in this order
 
 
 @needs_ccx
