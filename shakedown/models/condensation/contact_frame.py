@@ -405,7 +405,7 @@ def with_guides(
         )
     if frame.directions > 1:
         pairs = frame.tangents.copy()
-        for j in np.flatnonzero(first.any(axis=1)):
+        for j in np.flatnonzero(first.any(axis=1)).tolist():
             axis = np.eye(3)[int(np.argmax(first[j]))]
             if np.abs(pairs[j] @ axis).max() < 1.0 - DEFAULT.symmetry:
                 pairs[j] = _completed(frame.normals[j : j + 1], axis[None])[0]
