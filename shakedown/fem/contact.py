@@ -300,6 +300,7 @@ class _Joint:
             coupling=self.coupling,
             middle_nodes=self.middle_nodes,
             places=places if body.dimension == 3 else None,
+            allow_sparse=True,  # one layer of elements
         )
 
     def areas(self, own: IntArray, thickness: float) -> FloatArray:

@@ -13,6 +13,7 @@ from skfem import MeshQuad
 
 import shakedown
 from benchmarks.bodies.blocks import cantilevered_block, shipped_blocks
+from benchmarks.refinement import brick
 from shakedown import ProblemError
 from shakedown.fem import (
     BodyForce,
@@ -364,3 +365,7 @@ def test_coupling_of_a_half_plane_goes_with_dundurs_beta():
     # Near ν = 0.5 an error of the displacement elements comes on top; it goes with the mesh.
     excess = [coupling_over_beta(0.48, n) / level - 1 for n in (12, 24)]
     assert excess[0] > 2.3 * excess[1] > 0
+
+
+def test_a_body_of_one_layer_of_elements_is_no_sub_block():
+    assert brick(3, 0.3).n == 16

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.ground.constants import CONE, FloatArray
+from shakedown.ground.constants import CONE, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import once_per_problem
@@ -444,6 +444,27 @@ def _with_gaps(limits: BallLimits, zone: Zone, transient: bool, tolerances: Tole
         rows = rows.followed_by(rows._replace(d=0.0 * d, g=force * early.min(axis=0), side=when))
     kept = limits.rows._replace(node=closed[limits.rows.node])
     return replace(limits, rows=kept.followed_by(rows), gap_count=len(rows.g), closed=closed)
+
+
+def pressed_limits(limits: BallLimits, problem: Problem) -> BallLimits:
+    """The same with every pressure positive within the ball, from λ = 0 on (docs/energy.md, Theorem 5).
+
+    For the closed joint whose limits they are. Pressures are linear in λ, so the least of a node's load steps
+    at λ and that of the constant part and of the transient suffice.
+    """
+    loop, n = loading(problem), problem.n
+    before = np.zeros((0, n)) if problem.p_transient is None else problem.p_transient
+    G, slopes = -problem.B, -problem.B @ limits.metric.inverse
+    spread = (1.0 + SIX_DIGITS) * np.linalg.norm(slopes, axis=1)  # strictly positive
+    pressed = Rows(
+        *(np.concatenate([part, part]) for part in (G, slopes)),
+        np.append(-loop.p1.min(axis=0), np.zeros(n)),
+        np.append(loop.p0, np.vstack([loop.p0, before]).min(axis=0)),
+        np.append(spread, spread),
+        np.append(limits.closed, limits.closed),
+        np.append(loop.p1.argmin(axis=0), np.full(n, -1)),
+    )
+    return replace(limits, rows=pressed.followed_by(limits.rows))
 
 
 def without_margin(zone: Zone, limits: BallLimits) -> str:

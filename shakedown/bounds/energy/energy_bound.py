@@ -12,7 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO, exact_numbers
-from shakedown.bounds.energy.ball_limits import BallLimits, ball_limits, check_resolved, without_margin
+from shakedown.bounds.energy.ball_limits import (
+    BallLimits,
+    ball_limits,
+    check_resolved,
+    pressed_limits,
+    without_margin,
+)
 from shakedown.bounds.energy.ball_search import (
     ball_margin,
     largest_load_factor,
@@ -72,7 +78,8 @@ def energy_bound(
     split
         With two directions, whether the part c_i of a pressure that the node's own reaction determines is
         taken out of γ_i, in a few rounds; else c = 0. In the plane it always is. Only
-        where no node can open inside the ball, come what may (docs/energy.md, Theorem 5); else c = 0.
+        where no node can open inside the ball, come what may (docs/energy.md, Theorem 5): where that does not
+        hold by itself the ball is made so small, or c = 0, whichever proves more.
     certify
         Whether to find a load factor that satisfies the conditions in exact arithmetic;
         by default up to 40 nodes; only with all nodes closed.
@@ -192,7 +199,8 @@ def _certificate(zone: Zone, bound: Bound, tolerances: Tolerances) -> EnergyCert
         slip = (1 - part) * bound.slip + part * inner
         lower = (1 - part) * bound.load_factor + part * below
         radius = nextafter(float(exact.radius_to(slip, bound.initial_slip, bound.distance)), inf)
-        if exact.holds(lower, slip, radius):
+        least = closed_radius(zone.joint, limits.metric, slip, (0.0, lower)) if bound.share.any() else inf
+        if exact.holds(lower, slip, radius) and radius < (1.0 - NEGLIGIBLE) * least:
             return EnergyCertificate(lower, slip, radius)
     return Missing("near the optimum no slip and radius satisfy all conditions strictly")
 
@@ -206,17 +214,27 @@ def _of_closed(
     if reason := without_margin(zone, limits):
         return no_bound(start, distance, reason).but(share=limits.share, pinned=limits.rigid.pinned)
     check_resolved(limits, start, distance, tolerances)
-    found = sought(_largest, zone, limits, start, distance, tolerances, split=split)
-    if isinstance(found, Missing):
-        found = no_bound(start, distance, found.reason, Status.UNDECIDED).but(share=limits.share)
-    found = replace(found, pinned=limits.rigid.pinned)
-    if found.share.any() and _may_open_in_a_jump(zone.joint, limits, found):
-        return _of_closed(zone, given, distance, tolerances, split=False)
-    return found
+
+    def largest(limits: BallLimits, *, split: bool) -> Bound:
+        found = sought(_largest, zone, limits, start, distance, tolerances, split=split)
+        if isinstance(found, Missing):
+            found = no_bound(start, distance, found.reason, Status.UNDECIDED).but(share=limits.share)
+        return replace(found, pinned=limits.rigid.pinned)
+
+    found = largest(limits, split=split)
+    if not _may_open_in_a_jump(zone.joint, limits, found):
+        return found
+    # no shares, or all pressures positive within the ball: what proves more
+    plain, pressed = largest(limits, split=False), largest(pressed_limits(limits, zone.joint), split=True)
+    if plain.load_factor >= pressed.load_factor or pressed.status != Status.OPTIMAL:
+        return plain
+    return plain if _may_open_in_a_jump(zone.joint, limits, pressed) else pressed
 
 
 def _may_open_in_a_jump(joint: Problem, limits: BallLimits, found: Bound) -> bool:
     """Whether the proof with shares is not complete: a node might open in a jump, at some λ from 0 on."""
+    if not found.share.any():
+        return False
     if found.status != Status.OPTIMAL:
         return found.status == Status.UNBOUNDED
     if found.radius >= closed_radius(joint, limits.metric, found.slip, (0.0, found.load_factor)):

@@ -9,11 +9,14 @@ from bounds.energy.joints import gammas, space_joint
 from joints_in_space import embedded
 
 import shakedown
+from benchmarks.refinement import brick
 from shakedown import Problem, energy_ball, energy_bound
-from shakedown.bounds.energy.energy_ball import no_ball_holds
+from shakedown.bounds.energy.ball_limits import ball_limits
+from shakedown.bounds.energy.energy_ball import closed_radius, no_ball_holds
 from shakedown.bounds.energy.energy_bound import ExactBall
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.constraints import loading
+from shakedown.joint.contact_zone import contact_zone
 
 # λ_max, then λ_E from slip zero and R at half λ_max with c = 0, and λ_E with half of A_ii⁻¹ B_ii, from an
 # independent computation.
@@ -147,6 +150,18 @@ def test_the_example_of_a_jump_in_a_ball():
     v = np.array([-(1 + 9 * 0.45 / 5.95) * n[0], 0.45 / 5.95])
     np.testing.assert_allclose(node.A @ v, -(1 + node.B[0] @ v) * n, atol=1e-12)
     assert not zero.contains(v)
+
+
+def test_a_ball_with_shares_is_so_small_that_no_jump_opens_a_node():
+    joint = brick(4, 0.3)
+    bound, plain = energy_bound(joint), energy_bound(joint, split=False)
+    metric = ball_limits(contact_zone(joint, ())).metric
+    assert bound.share.any()
+    assert bound.load_factor > 2.5 * plain.load_factor
+    for ball in (bound, bound.certificate):
+        assert ball.radius < closed_radius(joint, metric, ball.slip, (0.0, ball.load_factor))
+    state = shakedown.long_term_state(joint, 0.999 * bound.load_factor)
+    assert (state.outcome, state.open_nodes) == ("shakedown", ())
 
 
 @pytest.mark.parametrize("seed", range(2))
