@@ -1,6 +1,6 @@
 """Critical load factors: every (n+1)-subset of the 2n rows taken as equalities (thesis (5.11), (5.12))."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import combinations
 from math import comb, inf
@@ -142,7 +142,9 @@ def critical_load_factors(
     if total <= SMALL:
         values = True if values is None else values
         batches = in_batches(combinations(range(len(rows.g)), rows.n + 1))
-        parts = (solve_subsets(np.array(batch), scaled, tolerances, values=values) for batch in batches)
+        parts: Iterator[SubtreeFindings] = (
+            solve_subsets(np.array(each), scaled, tolerances, values=values) for each in batches
+        )
     else:
         from shakedown.bounds.enumeration.walk_kernel import Tree, pieces  # compiled, loaded where it is used
 
