@@ -136,8 +136,6 @@ def critical_load_factors(
         check_count("threads", threads)
     rows = constraints(problem)
     scaled, total = scaled_rows(rows), subset_count(rows.n, len(rows.g) - 2 * rows.n)
-    if not isinstance(budget, int):
-        raise UsageError(f"budget: expected a whole number, found {budget!r}")
     _check_budget(rows, total, budget)
     if total <= SMALL:
         values = True if values is None else values
@@ -170,6 +168,8 @@ def critical_load_factors(
 
 def _check_budget(rows: Constraints, total: int, budget: int) -> None:
     """Refuse more subsets than the budget, and say about how long they would take."""
+    if not isinstance(budget, int):
+        raise UsageError(f"budget: expected a whole number, found {budget!r}")
     if total > budget:
         told = f"{total:,}" if total < COUNTABLE else f"about 10^{len(str(total)) - 1}"
         # seconds of one core for a subset, as the study `enumeration` measured from 10 nodes on
