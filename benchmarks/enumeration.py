@@ -10,7 +10,7 @@ import shakedown
 from benchmarks.display import curve, listed, panels
 from benchmarks.problems import joint
 from benchmarks.timing import median_time
-from shakedown.bounds.enumeration.critical import scaled_rows
+from shakedown.bounds.enumeration.intersection import scaled_rows
 from shakedown.bounds.enumeration.walk_kernel import Tree, pieces
 from shakedown.joint.constraints import constraints
 

@@ -58,7 +58,7 @@ INSIDE = {  # what commands and studies reach for beside public names: checks of
     ("benchmarks.stability", "shakedown.motion.fixed_steps"),
     ("benchmarks.calculix_cycles", "shakedown.models.readers.formats"),
     ("benchmarks.calculix_cycles", "shakedown.models.readers.stiffness"),
-    ("benchmarks.enumeration", "shakedown.bounds.enumeration.critical"),
+    ("benchmarks.enumeration", "shakedown.bounds.enumeration.intersection"),
     ("benchmarks.enumeration", "shakedown.bounds.enumeration.walk_kernel"),
     ("benchmarks.implicit_steps", "shakedown.joint.law"),
     ("benchmarks.implicit_steps", "shakedown.motion.fixed_steps"),

@@ -19,7 +19,7 @@ from shakedown.bounds.accumulated.arc_search import (
     TOGETHER,
     ArcLimits,
     ArcSearch,
-    NoLids,
+    NoSlipBound,
     SlipArcs,
     all_cells,
     origins,
@@ -204,7 +204,7 @@ def accumulated_bound(
         if load_factor < inf:
             try:
                 load_factor, arcs, why = _farthest(_search(problem, start, error, parts), load_factor)
-            except NoLids as reason:  # narrower sectors may still prove something
+            except NoSlipBound as reason:  # narrower sectors may still prove something
                 why = why or reason
     return _confirmed(problem, start, error, load_factor, arcs, why)
 
@@ -241,7 +241,7 @@ def total_slip_bound(
     start, error = _checked_start(problem, initial_slip, start_error)
     try:
         _, arcs = _search(problem, start, error, PARTS[problem.directions][-1]).closed(load_factor)
-    except NoLids as reason:
+    except NoSlipBound as reason:
         return _nothing(start, error, reason)
     return _confirmed(problem, start, error, load_factor, arcs, None)
 
@@ -261,13 +261,13 @@ def _checked_start(
 def _search(problem: Problem, start: FloatArray, start_error: FloatArray, parts: int) -> ArcSearch:
     """A search with no cell chosen yet; cells may be divided into a number of parts."""
     if problem.law.smooth.size:
-        raise NoLids("frictionless", int(problem.law.smooth[0]))
+        raise NoSlipBound("frictionless", int(problem.law.smooth[0]))
     limits = ArcLimits(with_free_rigid_slips(problem), start, start_error)
     cells = all_cells(origins(limits.problem), problem.directions, parts)
     return ArcSearch(limits, cells, limits.slacks(cells.node, cells.corners))
 
 
-def _farthest(search: ArcSearch, proved: float) -> tuple[float, SlipArcs, NoLids | None]:
+def _farthest(search: ArcSearch, proved: float) -> tuple[float, SlipArcs, NoSlipBound | None]:
     """The largest load factor, from one that is proved, with the arcs there, and why it is no larger.
 
     Conditions at a load factor cover all smaller ones.
@@ -284,7 +284,7 @@ def _farthest(search: ArcSearch, proved: float) -> tuple[float, SlipArcs, NoLids
         try:
             search, arcs = search.closed(at)
             low, at = at, min(2.0 * at - proved, 0.5 * (at + high))
-        except NoLids as reason:
+        except NoSlipBound as reason:
             high, why = at, reason
             at = 0.5 * (low + high)
     return low, arcs, why
@@ -296,7 +296,7 @@ def _confirmed(
     start_error: FloatArray,
     found: float,
     arcs: SlipArcs | None,
-    why: NoLids | None,
+    why: NoSlipBound | None,
 ) -> Bound:
     """The confirmed bound, at a load factor reduced as little as possible."""
     if arcs is None:
@@ -324,10 +324,10 @@ def _confirmed(
                 reason="" if load_factor < inf else "no load factor takes any node nearer to slipping",
                 certified=load_factor if exact else None,
             )
-    return replace(_nothing(start, start_error, NoLids("round-off", -1)), status=Status.UNDECIDED)
+    return replace(_nothing(start, start_error, NoSlipBound("round-off", -1)), status=Status.UNDECIDED)
 
 
-def _nothing(start: FloatArray, start_error: FloatArray, why: NoLids) -> Bound:
+def _nothing(start: FloatArray, start_error: FloatArray, why: NoSlipBound) -> Bound:
     return Bound(
         kind="accumulated",
         status=Status.INFEASIBLE,

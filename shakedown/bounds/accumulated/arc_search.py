@@ -245,8 +245,8 @@ class SlipArcs(Arcs):
         return found
 
 
-class NoLids(Exception):
-    """Raised where there are no lids; with the reason in a word, and the node."""
+class NoSlipBound(Exception):
+    """Raised where nothing bounds the slips; with the reason in a word, and the node."""
 
     def __init__(self, word: str, node: int) -> None:
         super().__init__(word, node)
@@ -320,7 +320,7 @@ class ArcLimits:
         return Slacks(found.base + locked, found.fall, found.before + locked)
 
     def check_pressed(self, load_factor: float) -> None:
-        """Raise ``NoLids`` unless the first load presses all nodes, at every load factor up to one.
+        """Raise ``NoSlipBound`` unless the first load presses all nodes, at every load factor up to one.
 
         The load rises to it under these pressures; where it admits the initial slip they are positive anyway.
         """
@@ -330,7 +330,7 @@ class ArcLimits:
         p = first.min(axis=0) + problem.B @ self._start
         p -= np.linalg.norm(problem.B.reshape(*self._fB.shape), axis=2) @ self._error
         if not p.min() > 0.0:
-            raise NoLids(START, int(p.argmin()))
+            raise NoSlipBound(START, int(p.argmin()))
 
     def slopes(self, node: Numbers, e: FloatArray, arcs: Arcs) -> FloatArray:
         """Lower bounds on the effect of slip in arcs on limits of nodes (p,) in directions (p, d), (p, K)."""
@@ -382,7 +382,7 @@ class ArcSearch:
 
         Raises
         ------
-        NoLids
+        NoSlipBound
             Where there is no end to the slips.
         """
         search = self
@@ -397,11 +397,11 @@ class ArcSearch:
     def _slips(self, load_factor: float) -> SlipArcs:
         """Of the arcs of chosen cells: at every corner g + own a ≥ 0 and own N ≥ −c, own > 0 the own slope.
 
-        Raises ``NoLids`` where slip does not relieve its own limit, or slips drive each other on.
+        Raises ``NoSlipBound`` where slip does not relieve its own limit, or slips drive each other on.
         """
         found = self.cells.arcs()
         if found is None:
-            raise NoLids(ALL_AROUND, -1)
+            raise NoSlipBound(ALL_AROUND, -1)
         arcs, arc, cell, corner = found
         node, count = arcs.node, len(arcs.node)
         kept = np.broadcast_to(arc[:, None], corner.shape)[corner]
@@ -409,7 +409,7 @@ class ArcSearch:
         slopes = self.limits.slopes(node[kept], self.cells.corners[cell][corner], arcs)
         own = slopes[np.arange(len(kept)), kept]
         if not np.all(own > 0.0):
-            raise NoLids(OWN, int(node[kept[np.argmin(own)]]))
+            raise NoSlipBound(OWN, int(node[kept[np.argmin(own)]]))
         begin = np.searchsorted(kept, np.arange(count))
         a, N = (
             UP * np.maximum(np.maximum.reduceat((-values.T / own).T, begin), 0.0) if count else values
@@ -421,7 +421,7 @@ class ArcSearch:
         except np.linalg.LinAlgError:
             inverse = np.zeros_like(N)
         if not inverse.sum(axis=1).min(initial=1.0) > 0.0:  # (I − N) x = 1 has x > 0 where ρ(N) < 1 alone
-            raise NoLids(TOGETHER, int(node[np.argmax(N.sum(axis=1))]))
+            raise NoSlipBound(TOGETHER, int(node[np.argmax(N.sum(axis=1))]))
         return SlipArcs(node, arcs.first, arcs.last, a, N, np.maximum(inverse, 0.0))
 
     def _corners_entered(self, load_factor: float, arcs: SlipArcs) -> Numbers:

@@ -19,11 +19,7 @@ from shakedown.bounds.energy.ball_limits import (
     pressed_limits,
     without_margin,
 )
-from shakedown.bounds.energy.ball_search import (
-    ball_margin,
-    largest_load_factor,
-    least_load,
-)
+from shakedown.bounds.energy.ball_search import Found, ball_margin, largest_load_factor, least_load
 from shakedown.bounds.energy.energy_ball import (
     NO_SLACK,
     TOO_FAR,
@@ -279,6 +275,11 @@ def _largest(
         return nothing(reason, Status.UNBOUNDED, load_factor=inf, least_load_factor=least)
     if not leaves_margins(limits, found.slip, 0.5 * (least + found.value), tolerances):
         return nothing(NO_SLACK)
+    return _optimal(found, start, distance, least)
+
+
+def _optimal(found: Found, start: FloatArray, distance: float, least: float) -> Bound:
+    limits = found.limits
     load_factor = max(found.value, 0.0)
     uncertain = SETTLED * float(found.every_multiplier @ limits.sizes(found.slip, load_factor, found.radius))
     if uncertain > NEGLIGIBLE * load_factor:  # digits are lost beside the constant load: rounded down by all

@@ -25,7 +25,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from shakedown.bounds.enumeration.critical import (
+from shakedown.bounds.enumeration.intersection import (
     NONE,
     ScaledRows,
     SubtreeFindings,
@@ -433,8 +433,8 @@ def walk_piece(tree: Tree, prefix: tuple[int, ...], size: int) -> SubtreeFinding
         load_factors=found.values[:regular] * unit,
     )
     prefixes = zip(found.prefixes[:suspects].tolist(), found.lengths[:suspects].tolist(), strict=True)
-    found = joined([piece, *_examined(tree, [tuple(path[:length]) for path, length in prefixes])])
-    return replace(found, subsets=size)
+    suspect = [tuple(path[:length]) for path, length in prefixes]
+    return replace(joined([piece, *_examined(tree, suspect)]), subsets=size)
 
 
 def _examined(tree: Tree, suspects: list[tuple[int, ...]]) -> Iterator[SubtreeFindings]:
