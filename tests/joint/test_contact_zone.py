@@ -74,6 +74,13 @@ def test_what_the_body_does_not_hold_cannot_be_open():
         contact_zone(replace(free, C=None), [1])
 
 
+def test_open_nodes_that_the_body_holds_may_have_units_of_their_own():
+    sizes = np.diag([1.0, 1e10, 1.0])
+    joint = Problem(A=sizes, B=0.1 * sizes, C=sizes, f=0.5, q_w=np.zeros((1, 3)), p_w=np.ones((1, 3)))
+    zone = contact_zone(joint, [0, 1])
+    assert (zone.joint.n, zone.joint.A.tolist()) == (1, [[1.0]])
+
+
 def test_an_initial_gap_is_a_displacement_of_the_welded_state():
     gap = np.linspace(-1e-3, 2e-3, 9)
     shifted = with_initial_gap(BLOCK, gap)
