@@ -28,7 +28,7 @@ from shakedown.long_term.state import LongTermState
 
 SCANNED = 25  # load factors, in equal ratios
 BEYOND = 1.01  # times gross slip: where a scan ends
-AT = 1.01  # times λ_c: where the drift is told
+AT = 1.01  # times λ_c: where the drift is given
 CLIMBS = 0.75, 0.95  # shares of the way to λ_c at which motions are followed for the programs of statement 3
 # nodes times load steps of these programs: a tenth of a second each, and minutes in all
 QUICK, MOST_UNKNOWNS = 500, 4000
