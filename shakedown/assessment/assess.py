@@ -24,7 +24,7 @@ AS_GIVEN = 1.0  # the load factor of the nominal load
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Assessment(Result):
-    """Up to which load factors a joint is proved to shake down, and above which it cannot.
+    """Shakedown limits of a joint, each computed when it is first read.
 
     The load factor λ multiplies the periodic part of the loading; λ = 1 is the nominal load.
 
@@ -134,7 +134,7 @@ def assess(
     certify: bool | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> Assessment:
-    """Up to which load factor a joint shakes down: proved from every state, from this one, impossible above.
+    """Shakedown limits of a joint: proved from every state, proved from this state, impossible above.
 
     Parameters
     ----------

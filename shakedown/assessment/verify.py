@@ -302,7 +302,7 @@ def verify(
     progress: Progress | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> Verification:
-    """Hold the bounds against time integration from several initial states.
+    """Compare the limits of a joint with time integration from several initial states.
 
     Below λ_U every initial state, closed and admissible, is proved to shake down. Below λ_1
     that is predicted, and the guarantee of λ_1 says whether it is proved. Above λ_max none can

@@ -159,7 +159,7 @@ def long_term_state(
     longest_period: int = LONGEST_PERIOD,
     tolerances: Tolerances = DEFAULT,
 ) -> LongTermState:
-    """The long-term state of a joint under its loading loop, decided exactly rather than by waiting.
+    """Find the long-term state of a joint under its loading loop, exactly rather than by waiting.
 
     As soon as the cycles of a period (1, 2, … ``longest_period`` cycles) pass
     through the same sequence of contact states as those before them, the map
@@ -306,7 +306,7 @@ def long_term_states(
     tolerances: Tolerances = DEFAULT,
     threads: int = 1,
 ) -> LongTermStates:
-    """The long-term state of a joint under its loading loop from each of many initial slips.
+    """Find the long-term state of a joint under its loading loop from each of many initial slips.
 
     State by state the answer is that of :func:`long_term_state`. It depends neither on the
     other states of the batch nor on the number of threads.

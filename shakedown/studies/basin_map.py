@@ -40,7 +40,7 @@ from shakedown.studies.samplers import BLOCK, FIRST_TWO, NAMED, Sampler, Samplin
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InitialStateMap(LongTermStates):
-    """What becomes of a joint from many initial states at one load factor.
+    """Long-term states of a joint from many initial states at one load factor.
 
     Attributes
     ----------
@@ -253,7 +253,7 @@ def initial_state_map(
     progress: Callable[[int, int], None] | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> InitialStateMap:
-    """What becomes of a joint from many initial states (thesis §7.2.1, §7.2.2).
+    """Find the long-term states of a joint from many initial states (thesis §7.2.1, §7.2.2).
 
     Parameters
     ----------

@@ -237,7 +237,7 @@ def refine(
     resume: bool = False,
     progress: Progress | None = None,
 ) -> Refinement:
-    """Which numbers of a joint converge as its mesh is refined (docs/mesh.md).
+    """Find which numbers of a joint converge as its mesh is refined (docs/mesh.md).
 
     Three meshes or more tell, each with about twice as many elements along an edge as the one before.
     A number a + c h^p is fitted through the last three, h^(−d) the number of elements: it converges where p

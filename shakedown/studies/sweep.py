@@ -340,7 +340,7 @@ def sweep(
     progress: Progress | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> Sweep:
-    """How the limits of the load factor move with one or two parameters of a joint.
+    """Compute the limits of the load factor over one or two parameters of a joint.
 
     Every point is checked for contradictions between its limits (λ_U ≤ λ_1 ≤ λ_max, λ_E and
     λ_S ≤ λ_max, no cycle below a proved limit). Where the parameters make no joint the point says why.
