@@ -52,7 +52,7 @@ WHOLE_NUMBERS = (  # variables of NumPy, SciPy and matplotlib (a date, to the ye
 
 
 def run() -> int:
-    """The exit code of the command; an error has been said in one line on stderr."""
+    """The exit code of the command; an error has been reported in one line on stderr."""
     gc.set_threshold(*COLLECTED)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a terminal without Greek letters gets "?"

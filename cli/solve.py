@@ -55,7 +55,7 @@ def required(text: str) -> tuple[str, float] | None:
     multiple=True,
     help="\b\nproved-from-state=X or proved-from-every-state=X:\n"
     "exit with 1 unless shakedown is proved up to load\nfactor X. May be given twice; with --quiet nothing\n"
-    "else is said.",
+    "else is printed.",
 )
 @options.open_nodes
 @options.average

@@ -25,8 +25,8 @@ pytestmark = pytest.mark.usefixtures("no_transient_limit")
 
 
 @dataclass(frozen=True)
-class Said:
-    """Words and numbers that stay, and quantities that are told in the units and the order of the joint."""
+class Answers:
+    """Words and numbers that stay, and quantities in the units and the node order of the joint."""
 
     words: tuple = ()
     numbers: tuple = ()  # without unit
@@ -62,7 +62,7 @@ class Translated:
         ]
         return np.reshape(known, np.shape(slip))
 
-    def of(self, said: Said) -> Said:
+    def of(self, said: Answers) -> Answers:
         at, work = self.order, self.force * self.length
         places = tuple(int(np.flatnonzero(at == node)[0]) if node >= 0 else node for node in said.nodes)
         return replace(
@@ -80,7 +80,7 @@ class Translated:
 LAWS = {**SAME_BOUNDS, **SAME_IN_SPACE, other_tangents.__name__: other_tangents}
 
 
-def limits(problem: Problem) -> Said:
+def limits(problem: Problem) -> Answers:
     """Every kind of bound that is computed, from a state that is not zero."""
     details = shakedown.assess(problem, problem.initial_slip[0]).details
     found = [
@@ -90,7 +90,7 @@ def limits(problem: Problem) -> Said:
     ]
     radii = [each.radius for each in found if each.kind == "energy"]
     total = [each.total_slip for each in found if each.kind == "accumulated"]
-    return Said(
+    return Answers(
         words=tuple((each.kind, each.status, len(each.pinned)) for each in found),
         numbers=tuple(each.load_factor for each in found),
         slips=tuple(each.slip for each in found if each.kind in ("lower", "upper", "energy")),
@@ -99,39 +99,39 @@ def limits(problem: Problem) -> Said:
     )
 
 
-def assessment(problem: Problem) -> Said:
+def assessment(problem: Problem) -> Answers:
     found = shakedown.assess(problem, problem.initial_slip[0])
     names = ("proved_from_every_state", "proved_from_this_state", "impossible_above")
-    return Said((found.said_as_given,), tuple(getattr(found, name) for name in names))
+    return Answers((found.verdict,), tuple(getattr(found, name) for name in names))
 
 
-def safe(problem: Problem) -> Said:
+def safe(problem: Problem) -> Answers:
     found = shakedown.safe_slip(problem, 0.5)
-    return Said((found.status,), slips=(found.slip,))
+    return Answers((found.status,), slips=(found.slip,))
 
 
-def ball(problem: Problem) -> Said:
+def ball(problem: Problem) -> Answers:
     found = shakedown.energy_ball(problem, 0.3)
-    return Said((found.status,), slips=(found.slip,), radii=(found.radius,))
+    return Answers((found.status,), slips=(found.slip,), radii=(found.radius,))
 
 
-def onset(problem: Problem) -> Said:
+def onset(problem: Problem) -> Answers:
     found = first_slip(problem), first_opening(problem)
-    return Said(
+    return Answers(
         tuple(each.status for each in found),
         tuple(each.load_factor for each in found),
         nodes=tuple(each.node for each in found),
     )
 
 
-def zone(problem: Problem) -> Said:
+def zone(problem: Problem) -> Answers:
     """Limits with the nodes open that the mean load opens, and the motion from there."""
     upper = shakedown.upper_bound(problem, open_nodes="auto")
     proved = shakedown.energy_bound(problem, upper.slip, open_nodes=upper.open_nodes)
     held = shakedown.energy_ball(problem, 0.5 * upper.load_factor, open_nodes=upper.open_nodes)
     run = evolve(problem, 1.02 * upper.load_factor, upper.slip, open_nodes=upper.open_nodes, cycles=2)
     is_open = np.isin(np.arange(problem.n), upper.open_nodes)
-    return Said(
+    return Answers(
         (upper.status, proved.status, held.status, held.open_nodes == upper.open_nodes),
         (upper.load_factor, proved.load_factor),
         of_nodes=(is_open,),
@@ -141,16 +141,16 @@ def zone(problem: Problem) -> Said:
     )
 
 
-def critical(problem: Problem) -> Said:
+def critical(problem: Problem) -> Answers:
     found = shakedown.critical_load_factors(problem, values=True)
-    return Said((found.regular, found.degenerate), tuple(found.load_factors))
+    return Answers((found.regular, found.degenerate), tuple(found.load_factors))
 
 
-def friction(problem: Problem) -> Said:
+def friction(problem: Problem) -> Answers:
     found = shakedown.friction_thresholds(problem)
     sets = found.uniqueness_in_contact, found.uniqueness, found.wedging
     numbers = tuple(value for each in sets for value in (each.low, each.high))
-    return Said(numbers=(*numbers, coupling(problem).ratio), of_nodes=(found.single_node,))
+    return Answers(numbers=(*numbers, coupling(problem).ratio), of_nodes=(found.single_node,))
 
 
 def above(problem: Problem) -> float:
@@ -158,10 +158,10 @@ def above(problem: Problem) -> float:
     return 1.2 * shakedown.upper_bound(problem, certify=False).load_factor
 
 
-def followed(problem: Problem) -> Said:
+def followed(problem: Problem) -> Answers:
     run = evolve(problem, above(problem), problem.initial_slip[0], cycles=2)
     cycles = run.cycles
-    return Said(
+    return Answers(
         (len(cycles), *((each.opened.sum(), each.closed.sum()) for each in cycles)),
         slips=tuple(each.end_slip for each in cycles),
         lengths=tuple(each.slip for each in cycles),
@@ -169,18 +169,18 @@ def followed(problem: Problem) -> Said:
     )
 
 
-def stepped(problem: Problem) -> Said:
+def stepped(problem: Problem) -> Answers:
     steps = FixedSteps(problem, above(problem), problem.initial_slip[0])
     cycles = [steps.cycle() for _ in range(2)]
-    return Said(
+    return Answers(
         slips=tuple(each.end_slip for each in cycles),
         energies=tuple(each.dissipation for each in cycles),
     )
 
 
-def state(problem: Problem) -> Said:
+def state(problem: Problem) -> Answers:
     found = shakedown.long_term_state(problem, above(problem), problem.initial_slip[0], max_cycles=40)
-    return Said(
+    return Answers(
         (found.outcome, found.period, found.cycles_simulated),
         slips=(found.final_slip,),
         lengths=(found.slip_per_cycle,),
@@ -216,7 +216,7 @@ QUESTIONS = [
 ]
 
 
-def same(one: Said, other: Said, law: str, accuracy: float) -> None:
+def same(one: Answers, other: Answers, law: str, accuracy: float) -> None:
     assert (other.words, other.nodes) == (one.words, one.nodes)
     for field in ("numbers", "of_nodes", "slips", "lengths", "works", "energies", "radii"):
         for expected, found in zip(getattr(one, field), getattr(other, field), strict=True):

@@ -12,7 +12,7 @@ from shakedown.assessment.every_limit import THREE_NUMBERS, JointLimits, Shakedo
 from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
 from shakedown.ground.errors import Missing
 from shakedown.ground.shown_values import plain, short
-from shakedown.ground.status import Outcome, Said, Status
+from shakedown.ground.status import LimitsVerdict, Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, checked_initial_slip
 from shakedown.joint.hat_functions import averaged
@@ -24,7 +24,7 @@ AS_GIVEN = 1.0  # the load factor of the nominal load
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Assessment(Result):
-    """Up to which load factors a joint is proved to shake down, and above which it cannot.
+    """Shakedown limits of a joint, each computed when it is first read.
 
     The load factor λ multiplies the periodic part of the loading; λ = 1 is the nominal load.
 
@@ -67,22 +67,22 @@ class Assessment(Result):
         """λ_max: above it the joint cannot shake down with all nodes in contact.
 
         Where λ_max is certified that is the upper end of what encloses it. inf where a safe slip exists at
-        every load factor, and where the nodes of ``details.open_nodes`` are open: of other zones nothing is
-        said. 0 where no slip is safe at any load factor, NaN where a search found none and left out zones.
+        every load factor, and where the nodes of ``details.open_nodes`` are open, as other zones are not
+        covered. 0 where no slip is safe at any load factor, NaN where a search found none and left out zones.
         """
         return self.details.impossible_above
 
     @property
-    def said_as_given(self) -> Said:
-        """What the bounds say of the nominal load (λ = 1), without a simulation."""
+    def verdict(self) -> LimitsVerdict:
+        """What the limits alone decide about the nominal load (λ = 1), without a simulation."""
         limits, here = self.details, self.details.from_state
         if limits.open_nodes:  # the bounds are about a state with these nodes open
-            return Said.OPEN
+            return LimitsVerdict.OPEN
         if self.proved_from_this_state > AS_GIVEN or here.least_load_factor < AS_GIVEN < here.load_factor:
-            return Said.SHAKEDOWN
+            return LimitsVerdict.SHAKEDOWN
         if self.impossible_above < AS_GIVEN or limits.upper.least_load_factor > AS_GIVEN:
-            return Said.IMPOSSIBLE
-        return Said.OPEN
+            return LimitsVerdict.IMPOSSIBLE
+        return LimitsVerdict.OPEN
 
     def averaged(self, radius: float) -> "Assessment":
         """The assessment with slips and reactions averaged over a length: no proof for this joint itself."""
@@ -96,7 +96,7 @@ class Assessment(Result):
 
         Where the bounds prove shakedown that is the answer; else it is simulated when first read.
         """
-        if self.said_as_given == Said.SHAKEDOWN:
+        if self.verdict == LimitsVerdict.SHAKEDOWN:
             return Outcome.SHAKEDOWN
         from shakedown.long_term.find_state import long_term_state  # loads compiled code
 
@@ -106,7 +106,7 @@ class Assessment(Result):
         ).outcome
 
     def to_dict(self) -> dict[str, Any]:
-        """The three numbers, and what the bounds say of the nominal load; nothing is simulated."""
+        """The three numbers, and what they decide about the nominal load; nothing is simulated."""
         return {word: plain(value) for word, value in self._numbers().items()}
 
     def columns(self) -> dict[str, Any]:
@@ -114,9 +114,9 @@ class Assessment(Result):
         return {word: [value] for word, value in self._numbers().items()}
 
     def _numbers(self) -> dict[str, Any]:
-        said = self.said_as_given
+        verdict = self.verdict
         return {word: getattr(self, word) for word in reversed(THREE_NUMBERS)} | {
-            "said_as_given": None if said == Said.OPEN else str(said)
+            "said_as_given": None if verdict == LimitsVerdict.OPEN else str(verdict)
         }
 
     def _shown(self) -> Any:
@@ -134,7 +134,7 @@ def assess(
     certify: bool | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> Assessment:
-    """Up to which load factor a joint shakes down: proved from every state, from this one, impossible above.
+    """Shakedown limits of a joint: proved from every state, proved from this state, impossible above.
 
     Parameters
     ----------

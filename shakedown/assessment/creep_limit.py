@@ -28,8 +28,8 @@ from shakedown.long_term.state import LongTermState
 
 SCANNED = 25  # load factors, in equal ratios
 BEYOND = 1.01  # times gross slip: where a scan ends
-AT = 1.01  # times λ_c: where the drift is told
-CLIMBS = 0.75, 0.95  # shares of the way to λ_c at which motions are followed for the programs of statement 3
+AT = 1.01  # times λ_c: where the drift is given
+CLIMBS = 0.75, 0.95  # shares of the way to λ_c at which motions are followed for the programs of Theorem 3
 # nodes times load steps of these programs: a tenth of a second each, and minutes in all
 QUICK, MOST_UNKNOWNS = 500, 4000
 
@@ -51,7 +51,7 @@ class Creep(Evidence):
         From where: ``"every state, any order"`` (of the loads), ``"every state"``, ``"this state"``; empty
         where nothing is proved.
     wedge, path, held
-        What statements 1 (λ_w), 3 and 6 (λ_H) of docs/creep.md prove; NaN where they say nothing.
+        What Theorems 1 (λ_w), 3 and 6 (λ_H) of docs/creep.md prove; NaN where they say nothing.
     closed_up_to
         Below this load factor no admissible state lifts a node off, so that all of them do stay closed; NaN
         where not known.
@@ -62,10 +62,10 @@ class Creep(Evidence):
     creeps : (s,)
         Whether it was seen to drift at each.
     certain
-        The load factors between which creep is certain, where slip changes no friction limit (statement 5).
+        The load factors between which creep is certain, where slip changes no friction limit (Theorem 5).
     force_to_creep
         Constant tangential forces along the rigid slip, the second in its own direction, beyond which the
-        motion under the nominal load creeps (statement 4) [force]; NaN where slip changes friction limits.
+        motion under the nominal load creeps (Theorem 4) [force]; NaN where slip changes friction limits.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -155,7 +155,7 @@ class _Search:
     """The proofs, the scan, and the programs that follow it."""
 
     limits: Any
-    most_unknowns: int  # of the programs of statement 3
+    most_unknowns: int  # of the programs of Theorem 3
 
     @property
     def problem(self) -> Problem:
@@ -272,7 +272,7 @@ class _Search:
         return np.asarray(state.drift / max(state.period, 1))
 
     def _climbed(self, seen: float) -> float:
-        """Up to where the programs of statement 3 exclude creep; NaN where there are none."""
+        """Up to where the programs of Theorem 3 exclude creep; NaN where there are none."""
         problem = self.problem
         if not self.bodies or problem.is_domain or problem.n * problem.m > self.most_unknowns:
             return nan

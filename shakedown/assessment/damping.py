@@ -275,11 +275,11 @@ def damping(
     progress: Callable[[int, int], None] | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> DampingCurve:
-    """What a joint does over the amplitude of one of its loads: loop, dissipation, stiffness, damping.
+    """Dissipation, stiffness and damping of a joint over the amplitude of one of its loads.
 
     At every amplitude the exact long-term state is found, without fixed steps and without Masing's rule.
-    Amplitudes increase, and each begins in the state before it, as in a test with rising amplitude. Below the
-    limit there is no friction damping, which is said to be proved where it is (docs/damping.md).
+    Amplitudes increase, and each run starts from the final state of the previous one, as in a stepped test.
+    Below the limit there is no friction damping, proved where ``proved`` is true (docs/damping.md).
 
     Parameters
     ----------

@@ -172,11 +172,11 @@ def _warning(share: float, nodes: Sequence[int], coarser: dict[str, float]) -> s
         return None
     named = f" (node {', '.join(map(str, nodes))})" if nodes else ""
     edge = f"The edge determines λ_max{named}. " if share >= 0.5 else ""  # it has most multipliers
-    said = ", ".join(f"{name} is {change}" for name, change in changed.items())
+    changes = ", ".join(f"{name} is {change}" for name, change in changed.items())
     if len(changed) > len(set(changed.values())) == 1 and len(changed) == len(THREE_NUMBERS):
-        said = f"all three limits are {changed.popitem()[1]}"
+        changes = f"all three limits are {changed.popitem()[1]}"
     finer = "; a finer mesh may lower them" * any(MUCH < by < inf for by in coarser.values())
-    return f"{edge}On the coarser mesh (every second node) {said}{finer}."
+    return f"{edge}On the coarser mesh (every second node) {changes}{finer}."
 
 
 def _change(by: float) -> str:

@@ -51,8 +51,8 @@ class Case(Result):
     bounded
         Whether another proof from this very state, as λ_S, reaches beyond this load factor: so it is, too.
     arrives_closed
-        Whether the transient leaves all nodes closed, so that what is said of every closed
-        state is said of what has become of this one.
+        Whether the transient leaves all nodes closed, so that limits for every closed state hold for the
+        state after it.
     """
 
     region: str

@@ -302,7 +302,7 @@ def verify(
     progress: Progress | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> Verification:
-    """Hold the bounds against time integration from several initial states.
+    """Compare the limits of a joint with time integration from several initial states.
 
     Below λ_U every initial state, closed and admissible, is proved to shake down. Below λ_1
     that is predicted, and the guarantee of λ_1 says whether it is proved. Above λ_max none can
@@ -315,10 +315,10 @@ def verify(
     shake down without a node that closes or opens; of all others, and above, nothing is
     predicted.
 
-    Where there are transient load steps, they come first: the safe slip is one that they do not
-    move either, or, where there is none, one that is locked in when they are over; what is said
-    of every state is expected of those in which they leave all nodes closed. Of a load domain
-    λ_U takes the place of λ_1, and the corners are followed in the order given: one path of many.
+    Transient load steps come first: the safe slip is one that they do not move either or, if there is
+    none, one locked in after them; limits for every state are expected to hold where they leave all nodes
+    closed. For a load domain λ_U takes the place of λ_1, and the corners are followed in the order given:
+    one path of many.
 
     Parameters
     ----------
@@ -340,8 +340,8 @@ def verify(
     budget
         Enumerate the critical load factors where there are at most so many subsets.
     slip_below
-        A limit on the slip range of every node in the long run [length]; up to which load factor it
-        holds from the first given state, or from slip zero, is said beside (:func:`slip_limit`).
+        A limit on the slip range of every node in the long run [length]. The load factor up to which it
+        holds from the first given state, or from slip zero, is found as well (:func:`slip_limit`).
     progress
         Called with (done, total) after every piece of work: the bounds, every simulation,
         every other bound.

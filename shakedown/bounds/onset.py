@@ -34,7 +34,7 @@ class Onset(Result):
         The node, and the load step at which it does; those of the transient from −k to −1. −1 for a node
         that does not exist.
     status
-        Optimal; unbounded or infeasible where the load factor is inf or 0 as said above.
+        Optimal; unbounded or infeasible where the load factor is inf or 0 as above.
     reason
         Why it is infeasible; else empty.
     """

@@ -14,7 +14,7 @@ from shakedown.joint.problem import Problem
 
 
 class Claim(StrEnum):
-    """What is said of a joint below a limit, or above it.
+    """What holds for a joint below a limit, or above it.
 
     EVERY_STATE
         Below it shakedown is proved from every state.
@@ -51,7 +51,7 @@ class BoundKind:
     title
         What it is, in a few words, where several kinds have one claim.
     claim
-        What is said of the joint below or above it.
+        What holds for the joint below or above it.
     function
         ``"module:function"`` that computes it from the limits of a joint; it is loaded when asked for.
     more_than

@@ -215,8 +215,8 @@ def _kept(folder: Path, run: str, count: int) -> dict[int, Arrays]:
             found[number] = read_arrays(folder / f"{run}-{number}.npz")
     if names:
         others = f"; {n} others there do not fit" if (n := len(names) - len(found)) else ""
-        said = f"goes on from {len(found)} of {count} pieces in {visible(str(folder))}{others}"
-        logging.getLogger("shakedown").warning(said)
+        message = f"goes on from {len(found)} of {count} pieces in {visible(str(folder))}{others}"
+        logging.getLogger("shakedown").warning(message)
     return found
 
 
@@ -281,9 +281,9 @@ def text_of(arrays: Arrays) -> Any:
     return json.loads(str(arrays["text"]))
 
 
-def as_text(said: Any) -> Arrays:
-    """A piece of what JSON can say, NaN and infinities too; floats come back to the last bit."""
-    return {"text": np.array(json.dumps(said, default=int))}  # whole numbers of NumPy
+def as_text(value: Any) -> Arrays:
+    """A piece that JSON can hold, NaN and infinities too; floats come back to the last bit."""
+    return {"text": np.array(json.dumps(value, default=int))}  # whole numbers of NumPy
 
 
 def function_stamp(make: Callable[..., Problem], *first: object) -> str:

@@ -143,14 +143,14 @@ def check_fields(instance: Any, error: type[ShakedownError] = UsageError, only: 
         object.__setattr__(instance, name, value)
 
 
-def _read(kinds: Mapping[str, Kind], name: str, value: Any, said: str = "") -> Any:
+def _read(kinds: Mapping[str, Kind], name: str, value: Any, shown_name: str = "") -> Any:
     kind = kinds.get(name)
     if kind is None or (value is None and kind.or_none):
         return value
     found = kind.read(value)
     if found is None:
         shown = type(value).__name__ if hasattr(value, "__dict__") else short(value)
-        raise UsageError(f"{said or name.replace('_', ' ')}: expected {kind.expected}, found {shown}")
+        raise UsageError(f"{shown_name or name.replace('_', ' ')}: expected {kind.expected}, found {shown}")
     return found
 
 

@@ -65,8 +65,8 @@ class Guarantee(StrEnum):
     EVIDENCE = "evidence"
 
 
-class Said(StrEnum):
-    """What the bounds alone say of the nominal load, without a simulation.
+class LimitsVerdict(StrEnum):
+    """What the limits alone decide about the nominal load, without a simulation.
 
     SHAKEDOWN
         It is proved to shake down from the state asked about.

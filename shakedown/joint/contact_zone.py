@@ -203,8 +203,8 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
     kappa, layout = problem.kappa, problem.layout
     closed = replace(layout, n=len(k))
     free, held = layout.of_nodes(chosen), layout.of_nodes(k)
-    told = free_stiffness(problem)[np.ix_(free, free)]
-    flexibility = _inverse(kappa[np.ix_(free, free)], told, chosen, tolerances)
+    resisting = free_stiffness(problem)[np.ix_(free, free)]
+    flexibility = _inverse(kappa[np.ix_(free, free)], resisting, chosen, tolerances)
     follow = _without_round_off(flexibility @ kappa[np.ix_(free, held)])  # −∂u_O/∂u_K
     # round-off of the condensed stiffness, relative to the terms of its difference
     known = problem.stiffness_accuracy is not None
@@ -250,11 +250,13 @@ def _without_round_off(follow: FloatArray) -> FloatArray:
     return np.where(np.abs(follow) <= noise, 0.0, follow)
 
 
-def _inverse(stiffness: FloatArray, told: FloatArray, nodes: list[int], tolerances: Tolerances) -> FloatArray:
-    """κ_OO⁻¹, each displacement measured on its own scale; ``told``: κ_OO without rigid motions."""
+def _inverse(
+    stiffness: FloatArray, resisting: FloatArray, nodes: list[int], tolerances: Tolerances
+) -> FloatArray:
+    """κ_OO⁻¹, each displacement measured on its own scale; ``resisting``: κ_OO without rigid motions."""
     diagonal = np.diag(stiffness)
     scale = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    held = np.linalg.eigvalsh(told * np.outer(scale, scale))
+    held = np.linalg.eigvalsh(resisting * np.outer(scale, scale))
     if not held[0] > tolerances.singular_pivot * held[-1]:
         named = ", ".join(map(str, nodes[:8]))
         raise UsageError(

@@ -359,8 +359,8 @@ class Problem(ReadOnly):
         >>> Problem(A=[[2.0]], B=[[0.5]], **loop, source='{"warnings": ["no load varies"]}').warnings
         ('no load varies',)
         """
-        told = json.loads(self.source).get("warnings", []) if self.source else []
-        return tuple(one_line(line) for line in told)
+        found = json.loads(self.source).get("warnings", []) if self.source else []
+        return tuple(one_line(line) for line in found)
 
     def node_name(self, node: int) -> str:
         """A node by its number, and by its label where it has one.
@@ -408,7 +408,7 @@ class Problem(ReadOnly):
 
     @property
     def _size(self) -> dict[str, int]:
-        """How many nodes and load steps there are; two directions are said, one is not."""
+        """How many nodes and load steps there are; two directions are named, one is not."""
         return {"n": self.n, "m": self.m} | ({"directions": 2} if self.directions > 1 else {})
 
     @property

@@ -1,4 +1,4 @@
-"""Rigid slips: motions of a body that friction alone holds, told from round-off, and pinned.
+"""Rigid slips: motions of a body that friction alone holds, distinguished from round-off, and pinned.
 
 Where nothing but the contact holds a body, some slips Z change no reaction: A Z = 0 and B Z = 0. As
 stored A Z is round-off. Linear programs, and exact ones above all, would take that round-off for a

@@ -144,8 +144,8 @@ def _load_in_words(load: NamedLoad, load_factor: float, rounding: str) -> str:
     if math.isinf(load_factor):
         return f"{' '.join(filter(None, [load.name, mean, unit]))} with any amplitude"
     varying = float(f"{load_factor * load.amplitude:.12g}")  # 0.7 times 3 is 2.1
-    said = {"down": down, "up": up}.get(rounding)
-    text = said(varying, FEW_DIGITS) if said else few(varying, 6)
+    rounded = {"down": down, "up": up}.get(rounding)
+    text = rounded(varying, FEW_DIGITS) if rounded else few(varying, 6)
     return " ".join(filter(None, [load.name, mean if load.mean else "", f"± {text}", unit]))
 
 

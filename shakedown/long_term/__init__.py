@@ -7,7 +7,7 @@ the transient leaves of its start, the slip that random loads leave, limits that
 proved), ``find_state`` (for one initial state, for many, and part by part of an uncoupled joint);
 ``simulation`` (from event to event or at fixed load steps, and the path as a file).
 
-Where a verdict is said, "for ever" included: in the plane by ``plane.phase_loop.judge_period``, of one
+Where a verdict is reached, "for ever" included: in the plane by ``plane.phase_loop.judge_period``, of one
 period that has come back to where it began; whether a drift lasts is decided before it, by
 ``limit_search.LimitSearch._give_limit`` and ``plane.phase_loop.begin_leaps``. In space by ``SteadySearch``
 in ``space.steady_search``: ``_at_rest``, ``_repeats``, ``_approaches``, ``_slips_for_ever``. At fixed steps

@@ -103,7 +103,7 @@ class SlidingBody:
 
     @cached_property
     def wedge_bounds(self) -> tuple[float, float]:
-        """For each side λ_w, below which no closed motion creeps that way (statement 1); NaN where unknown.
+        """For each side λ_w, below which no closed motion creeps that way (Theorem 1); NaN where unknown.
 
         Σ y_i min_t h_i(t; λ) = 0 there.
         """
@@ -137,7 +137,7 @@ class SlidingBody:
 
     @cached_property
     def certain_creep(self) -> tuple[float, float]:
-        """The load factors between which every closed motion creeps (statement 5); NaN where there are none.
+        """The load factors between which every closed motion creeps (Theorem 5); NaN where there are none.
 
         Only where f B = 0: from the wedge bound, of the sums of all nodes, to the swing of a single node, or
         to gross slip.
@@ -160,7 +160,7 @@ class SlidingBody:
         return np.stack([limit + sign * self.z * history.q for sign in (1.0, -1.0)])
 
     def drift_enclosure(self, history: EventHistory) -> tuple[float, float]:
-        """The drift per cycle along z of every closed motion lies between these, by one cycle (statement 2).
+        """The drift per cycle along z of every closed motion lies between these, by one cycle (Theorem 2).
 
         NaN unless the joint is monotone with all mixtures of rows irreducible, the cycle closed and without
         an interval in which all nodes are at their limits.
@@ -181,7 +181,7 @@ class SlidingBody:
         return float(change.min()), float(change.max())
 
     def interval_proved(self, side: int, back: Mask, start: float, goal: float) -> float:
-        """Up to where no motion creeps along a side, from a proved load factor on (statement 3).
+        """Up to where no motion creeps along a side, from a proved load factor on (Theorem 3).
 
         By a periodic path x that goes back only where ``back`` (m, n) says, during load step k from k − 1 to
         k. The load factors with such a path are an interval; it reaches from
@@ -194,7 +194,7 @@ class SlidingBody:
         return last
 
     def held_bound(self, start: FloatArray) -> tuple[float, FloatArray]:
-        """λ_H, below which a node stays in place from a start, so nothing creeps (statement 6); and a box.
+        """λ_H, below which a node stays in place from a start, so nothing creeps (Theorem 6); and a box.
 
         The box (2, n): slips, in units of z, that the motion does not leave, in any order of the loads. 0
         where the mean load does not hold the start strictly.
@@ -248,7 +248,7 @@ def _last(constant: float, growing: float) -> float:
 
 
 class _Path:
-    """The program of statement 3: a periodic path x (m, n) and λ; nodes that never go back stand still."""
+    """The program of Theorem 3: a periodic path x (m, n) and λ; nodes that never go back stand still."""
 
     def __init__(self, body: SlidingBody, side: int, back: Mask) -> None:
         self.body, self.side, self.back = body, side, back

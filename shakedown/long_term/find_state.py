@@ -131,16 +131,16 @@ def _over(period: int, state: LongTermState, cycles: int) -> LongTermState:
 
 def _reason(parts: Sequence[Part], found: Sequence[LongTermState]) -> str:
     """Why the worst parts do what they do, and what the others do."""
-    most, said, others = max(map(_rank, found)), dict[str, list[int]](), set[str]()
+    most, reasons, others = max(map(_rank, found)), dict[str, list[int]](), set[str]()
     for part, state in zip(parts, found, strict=True):
         if _rank(state) == most:
-            said.setdefault(part.renumbered(state.reason), []).extend(part.nodes.tolist())
+            reasons.setdefault(part.renumbered(state.reason), []).extend(part.nodes.tolist())
         else:
             others.add(state.outcome.value)
-    if len(said) == 1 and not others:
-        return next(iter(said))
-    # three reasons at most are told
-    texts = [f"{text} ({nodes_in_words(sorted(nodes))})" for text, nodes in said.items()][:3]
+    if len(reasons) == 1 and not others:
+        return next(iter(reasons))
+    # at most three are listed
+    texts = [f"{text} ({nodes_in_words(sorted(nodes))})" for text, nodes in reasons.items()][:3]
     left = [f"the nodes uncoupled from them: {', '.join(sorted(others))}"] * bool(others)
     return "; ".join([*texts, *left])
 
@@ -159,7 +159,7 @@ def long_term_state(
     longest_period: int = LONGEST_PERIOD,
     tolerances: Tolerances = DEFAULT,
 ) -> LongTermState:
-    """The long-term state of a joint under its loading loop, decided exactly rather than by waiting.
+    """Find the long-term state of a joint under its loading loop, exactly rather than by waiting.
 
     As soon as the cycles of a period (1, 2, … ``longest_period`` cycles) pass
     through the same sequence of contact states as those before them, the map
@@ -306,7 +306,7 @@ def long_term_states(
     tolerances: Tolerances = DEFAULT,
     threads: int = 1,
 ) -> LongTermStates:
-    """The long-term state of a joint under its loading loop from each of many initial slips.
+    """Find the long-term state of a joint under its loading loop from each of many initial slips.
 
     State by state the answer is that of :func:`long_term_state`. It depends neither on the
     other states of the batch nor on the number of threads.

@@ -110,7 +110,7 @@ def arrives_closed(
 ) -> bool:
     """Whether all nodes are closed at the first load step of the loop, when the transient is over.
 
-    What is said of every closed state is then said of this one. True where there is no transient:
+    What holds for every closed state then holds for this one. True where there is no transient:
     that the start is admissible is another matter.
 
     Examples
@@ -236,7 +236,7 @@ def further_from(problem: Problem, load_factor: float, slip: FloatArray, error: 
 def further_from_start(begun: Passage) -> float:
     """The bound on the total slip of any node from the start; inf where it is not known.
 
-    At λ = 0 it is asked for first, as where there is none there it is told soonest. Nothing bounds it at load
+    λ = 0 comes first, where the absence of a bound is found soonest. Nothing bounds it at load
     factors larger than one at which nothing does, as the conditions of a bound cover all smaller ones.
     """
     of_starts, key = _bounds_of_starts(begun.problem), _key(begun, "unbounded slip")

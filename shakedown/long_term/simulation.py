@@ -201,8 +201,8 @@ def simulate(
     record
         Keep the path: every event, or every load step.
     slip_below
-        A limit on the slip range of every node in the long run [length]; whether it holds is said
-        beside the outcome (:class:`SlipCriterion`).
+        A limit on the slip range of every node in the long run [length]; the result says whether it
+        holds (:class:`SlipCriterion`).
 
     Raises
     ------

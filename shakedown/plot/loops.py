@@ -302,8 +302,8 @@ def damping_curve(curve: DampingCurve, *, ax: Axes | None = None) -> Axes:
     handles: list[Any] = [one]
     if curve.band is not None:
         word = "damping_ratio" if modal else "loss_factor"
-        ends, said = (curve.least[word], curve.largest[word]), f"from {len(curve.band.states)} initial slips"
-        handles.append(axes.fill_between(curve.amplitude, *ends, color=style.BLUE, alpha=0.2, label=said))
+        ends, label = (curve.least[word], curve.largest[word]), f"from {len(curve.band.states)} initial slips"
+        handles.append(axes.fill_between(curve.amplitude, *ends, color=style.BLUE, alpha=0.2, label=label))
         handles += _unique_line(axes, curve, left)
     beside = axes.twinx()
     (other,) = beside.plot(curve.amplitude, right, ".--", color=style.RED, lw=1.1, label=names[1])
@@ -335,12 +335,12 @@ def _marks(axes: Axes, curve: DampingCurve) -> list[Any]:
     """Lines at λ_E and λ_T, and marks on the axis at amplitudes whose loop does not close."""
     marks = {Outcome.RATCHETTING: "x", Outcome.SEPARATION: "o", "slides away": "v", Outcome.UNDECIDED: "d"}
     found: list[Any] = []
-    for name, limit, said, colour, dashes in (
+    for name, limit, meaning, colour, dashes in (
         ("λ_E", curve.proved_limit, "none below, proved", style.GREEN, "-"),
         ("λ_T", curve.simulated_limit, "none found below", style.GREY, ":"),
     ):
         if 0 < limit < np.inf:
-            label = f"{name} = {down(limit, 6)}: {said}"
+            label = f"{name} = {down(limit, 6)}: {meaning}"
             found.append(axes.axvline(limit, label=label, color=colour, lw=1.2, ls=dashes))
     words = np.where(curve.slides_away, "slides away", [str(outcome) for outcome in curve.outcome])
     for word, mark in marks.items():

@@ -179,11 +179,11 @@ def _projected(
         names = "xyz"[first] if along else "along the patch", "across the patch"
     height, extent = np.ptp(at @ normal), np.linalg.norm(np.ptp(at, axis=0))
     # height over length from which on a patch is called curved
-    told = ", ".join(filter(None, [name, "curved, projected" * bool(height > 0.05 * extent)]))
+    title = ", ".join(filter(None, [name, "curved, projected" * bool(height > 0.05 * extent)]))
     tangents = np.tile(np.eye(2), (len(nodes), 1, 1))
     if problem.tangents is not None:
         tangents = problem.tangents[nodes] @ frame.T
-    return Places(nodes, at @ frame.T, tangents, names, told, units_of(problem).length, faces)
+    return Places(nodes, at @ frame.T, tangents, names, title, units_of(problem).length, faces)
 
 
 def patch_normal(at: FloatArray, normals: FloatArray | None) -> FloatArray:

@@ -368,7 +368,7 @@ def _loads(made: Import) -> Section:
 
 
 def _nodes(made: Import) -> Section:
-    """The table of nodes: places, normals, tangents, areas, gaps; what is the same for all is said once."""
+    """The table of nodes: places, normals, tangents, areas, gaps; common values stand above it."""
     reduced, contact, problem = made.condensation, made.contact, made.problem
     unit, facts = units_of(problem), list[Fact]()
     columns = {"node": list(map(str, range(reduced.n))), "label": list(contact.names)}

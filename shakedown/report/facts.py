@@ -46,7 +46,7 @@ class Fact:
     unit
         The unit of the number; empty where it has none.
     rounding
-        To which side a number is rounded, so that what is said of it stays true.
+        To which side a number is rounded, so that the statement about it stays true.
     note
         What follows from it, or where it holds.
     """

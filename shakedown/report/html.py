@@ -131,9 +131,9 @@ def _sections(v: Verification) -> Iterator[Section]:
     yield Section("Runs", pictures=[run_picture(v)])
     yield replace(run_facts.runs_section(v), title=f"Table of {count(len(v.runs), 'run')}", folded=True)
     worst = [run_facts.worst_table(problem, v.nodes)] if v.nodes.period else []
-    said = [each for each in [no_pictures(v)] if each]
-    said += [notes.summed, notes.mesh_at_edges, notes.all_nodes] if worst else []
-    yield Section(STATE, (), worst, said, state_pictures(v))
+    texts = [each for each in [no_pictures(v)] if each]
+    texts += [notes.summed, notes.mesh_at_edges, notes.all_nodes] if worst else []
+    yield Section(STATE, (), worst, texts, state_pictures(v))
     yield Section("Joint", joint_facts(problem), pictures=problem_pictures(problem))
     yield replace(slips, title=f"Safe slip of {count(problem.n, 'node')}", folded=True)
     yield Section(
@@ -207,8 +207,8 @@ def run_picture(v: Verification) -> Picture:
         else:
             resting.append(title)
     still = f"Not drawn, as nothing slips or no cycle ends: {', '.join(resting)}." * bool(resting)
-    said = f"{notes.slip_per_cycle * bool(drawings)} {still}".strip()
-    return picture(said, *drawings, alike=len(drawings), one_legend=True)
+    caption = f"{notes.slip_per_cycle * bool(drawings)} {still}".strip()
+    return picture(caption, *drawings, alike=len(drawings), one_legend=True)
 
 
 def limit_pictures(v: Verification) -> list[Picture]:
@@ -235,8 +235,8 @@ class Pictured(NamedTuple):
     def picture(self, caption: str, *drawings: Drawing, one_legend: bool = False) -> Picture:
         """Panels under one caption, with the load factor above them."""
         name = at_lambda(self.state.load_factor)
-        said = f"{caption} ({self.which}).{_left_out(self.state.problem)}"
-        return picture(said, *(each._replace(name=name) for each in drawings), one_legend=one_legend)
+        whole = f"{caption} ({self.which}).{_left_out(self.state.problem)}"
+        return picture(whole, *(each._replace(name=name) for each in drawings), one_legend=one_legend)
 
 
 def as_given_state(v: Verification) -> Pictured | None:
@@ -286,9 +286,9 @@ def no_pictures(v: Verification) -> str:
     """Why some pictures are missing; empty where none are."""
     if v.as_given.simulation.long_term is None:
         return notes.stepped
-    said = notes.no_loops if as_given_state(v) is not None else notes.no_state
+    absent = notes.no_loops if as_given_state(v) is not None else notes.no_state
     unplaced = in_space(v.problem) and model_places(v.problem) is None
-    return f"{said * (cycling_state(v) is None)} {notes.no_view * unplaced}".strip()
+    return f"{absent * (cycling_state(v) is None)} {notes.no_view * unplaced}".strip()
 
 
 def _loops(pictured: Pictured, problem: Problem) -> Picture:

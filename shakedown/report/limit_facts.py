@@ -21,7 +21,7 @@ from shakedown.ground.shown_values import (
     sized,
     with_unit,
 )
-from shakedown.ground.status import Said, Status
+from shakedown.ground.status import LimitsVerdict, Status
 from shakedown.joint.constraints import SIDE_NAMES, loading
 from shakedown.joint.rigid_slips import can_creep
 from shakedown.joint.units import loads_in_words, units_of
@@ -37,9 +37,9 @@ if TYPE_CHECKING:
 
 SAME = 1e-3  # relative difference of two thresholds that is not shown
 NEXT = {
-    Said.SHAKEDOWN: ("verify {} -o report.html", "(checks it)"),
-    Said.OPEN: ("simulate {}", "(follows it)"),
-    Said.IMPOSSIBLE: ("nodes {}", "(where it slips)"),
+    LimitsVerdict.SHAKEDOWN: ("verify {} -o report.html", "(checks it)"),
+    LimitsVerdict.OPEN: ("simulate {}", "(follows it)"),
+    LimitsVerdict.IMPOSSIBLE: ("nodes {}", "(where it slips)"),
 }
 
 
@@ -74,7 +74,7 @@ def solve_sheet(
     about += next_step(found, file)
     table = claims_table(found.problem, known, digits)
     head = data_facts.headline(found.problem, limits=True)
-    return Sheet(head, [said_of_nominal_load(found)], table, about, sections)
+    return Sheet(head, [nominal_load_sentence(found)], table, about, sections)
 
 
 def averaged_section(found: Assessment, radius: float, digits: int = FEW_DIGITS) -> Section:
@@ -179,21 +179,21 @@ def loads_at(problem: Problem, load_factor: float, rounding: Rounding) -> str:
     return loads.removeprefix(f"{varying[0].name} ") if len(varying) == 1 else loads
 
 
-def said_of_nominal_load(found: Assessment) -> str:
+def nominal_load_sentence(found: Assessment) -> str:
     """What becomes of the joint under the nominal load, as far as the limits say.
 
     Examples
     --------
     >>> import shakedown
-    >>> said_of_nominal_load(shakedown.assess(shakedown.example("block-9")))
+    >>> nominal_load_sentence(shakedown.assess(shakedown.example("block-9")))
     'At the nominal load (λ = 1) the joint shakes down from zero slip: proved.'
     """
     here, limits = "At the nominal load (λ = 1)", found.details
-    if found.said_as_given == Said.SHAKEDOWN:
+    if found.verdict == LimitsVerdict.SHAKEDOWN:
         every = found.proved_from_every_state > 1
         start = "every state" if every else state_in_words(limits.energy, found.problem)
         return f"{here} the joint shakes down from {start}: proved."
-    if found.said_as_given == Said.IMPOSSIBLE:
+    if found.verdict == LimitsVerdict.IMPOSSIBLE:
         return f"{here} the joint cannot shake down in full contact."
     what = "which nodes open" if limits.open_nodes else "whether the joint shakes down"
     return f"{here} it is not decided {what}."
@@ -211,7 +211,7 @@ def decided_by(found: Assessment) -> Iterator[Fact]:
         yield Fact("no limit" if upper.status == Status.UNBOUNDED else "no safe slip", upper.reason)
     elif not limits.mesh.warning:
         yield from _deciding_node(found)
-    if found.said_as_given == Said.OPEN and limits.energy.status in (Status.INFEASIBLE, Status.UNDECIDED):
+    if found.verdict == LimitsVerdict.OPEN and limits.energy.status in (Status.INFEASIBLE, Status.UNDECIDED):
         yield Fact("no proof as", limits.energy.reason)
     if problem.law.smooth.size:
         yield Fact("first slip", 0.0, rounding="down", note="without friction")
@@ -230,7 +230,7 @@ def _deciding_node(found: Assessment) -> Iterator[Fact]:
     Where neither has derivatives, the nodes that reach their friction limits.
     """
     limits, problem = found.details, found.problem
-    proof_first = found.said_as_given != Said.IMPOSSIBLE and limits.from_state.kind in limits.sensitivities
+    proof_first = found.verdict != LimitsVerdict.IMPOSSIBLE and limits.from_state.kind in limits.sensitivities
     for name in sorted(limits.sensitivities, reverse=not proof_first):
         known = present(limits.sensitivities[name])
         if known is None or not known.ranked().size:
@@ -273,8 +273,8 @@ def _zone(upper: Bound, problem: Problem) -> Iterator[Fact]:
 def next_step(found: Assessment, file: str) -> list[Fact]:
     """The one thing to do next: a command on the file, and its purpose."""
     from_zero = not np.nan_to_num(found.details.energy.initial_slip).any()
-    given = found.said_as_given == Said.OPEN and found.problem.initial_slip is not None and from_zero
-    command, why = ("solve {} --initial given", "") if given else NEXT[found.said_as_given]
+    given = found.verdict == LimitsVerdict.OPEN and found.problem.initial_slip is not None and from_zero
+    command, why = ("solve {} --initial given", "") if given else NEXT[found.verdict]
     return [Fact("next", f"shakedown-bounds {command.format(file)}", note=why)]
 
 
@@ -283,12 +283,12 @@ def limit_sections(found: Assessment, digits: int = FEW_DIGITS, *, simulated: bo
     limits, problem = found.details, found.problem
     about = [data_facts.load_path(problem), *_reservations(limits), *_through_transient(limits)]
     about += [*data_facts.relative_to(problem, limits.pinned), *friction_facts(limits)]
-    said = [notes.computed] + [notes.no_sides] * bool(limits.absent)
+    texts = [notes.computed] + [notes.no_sides] * bool(limits.absent)
     if problem.initial_slip is not None and not np.nan_to_num(limits.energy.initial_slip).any():
-        said.append(notes.given_states)
+        texts.append(notes.given_states)
     return [
         Section("Limits of the load factor", (), [limits_table(limits, digits, simulated=simulated)]),
-        Section("", about, (), said),
+        Section("", about, (), texts),
         safe_slip_section(limits),
     ]
 
@@ -357,8 +357,8 @@ def certain(bound: Bound) -> float:
     if not hasattr(bound, "scanned") or bound.proved >= found or isnan(found):
         return found
     digits = range(certain_digits(found, bound.high), DIGITS + 1)
-    texts = (float(down(found, each)) for each in digits)
-    return next((value for value in texts if not bound.proved > value), found)
+    rounded = (float(down(found, each)) for each in digits)
+    return next((value for value in rounded if not bound.proved > value), found)
 
 
 def _title(bound: Bound) -> str:
@@ -368,11 +368,11 @@ def _title(bound: Bound) -> str:
 
 def _limited_by(bound: Bound, problem: Problem) -> str:
     """What a limit ends at, with its node and the nodes that are open, and whether it is a theorem."""
-    node, said = getattr(bound, "node", -1), bound.remark
-    where = data_facts.node_in_words(problem, node) if node >= 0 and f"node {node}" not in said else ""
+    node, remark = getattr(bound, "node", -1), bound.remark
+    where = data_facts.node_in_words(problem, node) if node >= 0 and f"node {node}" not in remark else ""
     opened = f"{data_facts.open_in_words(bound.open_nodes)} open" if bound.open_nodes else ""
     theorem = str(getattr(bound, "guarantee", "")).replace("evidence", "no proof")
-    return "; ".join(filter(None, [theorem, said, where, opened]))
+    return "; ".join(filter(None, [theorem, remark, where, opened]))
 
 
 def _computed(bound: Bound) -> str:
@@ -421,12 +421,12 @@ def safe_slip_section(limits: JointLimits) -> Section:
     columns = data_facts.node_column(problem)
     columns |= {with_unit(name, unit): [number(x, DIGITS) for x in slip] for name, slip in slips.items()}
     columns["reached at λ_max"] = [_reached(problem, upper, node) or "–" for node in range(problem.n)]
-    said = [notes.directions, notes.reached] if problem.directions > 1 else []
-    said += [notes.zone_slip] * bool(upper.open_nodes)
+    texts = [notes.directions, notes.reached] if problem.directions > 1 else []
+    texts += [notes.zone_slip] * bool(upper.open_nodes)
     if friction is not None:
         columns["f threshold"] = [number(each, 6) for each in friction.single_node]
-        said.append(notes.f_threshold)
-    return Section("Safe slip", (), [Table.of(columns)], said)
+        texts.append(notes.f_threshold)
+    return Section("Safe slip", (), [Table.of(columns)], texts)
 
 
 def _reached(problem: Problem, upper: Bound, node: int) -> str:
@@ -436,8 +436,8 @@ def _reached(problem: Problem, upper: Bound, node: int) -> str:
         return "open; gap closes" if reached else "open"
     if problem.directions == 1:
         return "+".join(SIDE_NAMES[side] for side in reached)
-    said = data_facts.ranges(sorted(reached))
-    return said if len(said) <= data_facts.LONGEST_ENTRY else f"{len(reached)} load steps"
+    listed = data_facts.ranges(sorted(reached))
+    return listed if len(listed) <= data_facts.LONGEST_ENTRY else f"{len(reached)} load steps"
 
 
 def assessment_document(

@@ -14,7 +14,7 @@ import numpy as np
 
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, count, few, shortened, sized, with_unit
-from shakedown.ground.status import Outcome, Said
+from shakedown.ground.status import LimitsVerdict, Outcome
 from shakedown.joint.units import is_pulled_everywhere, loads_in_words, units_of
 from shakedown.report import data_facts, limit_facts
 from shakedown.report.facts import Fact, Rounding, Section, Sheet, Table, limits_as_text, notes, number
@@ -58,28 +58,28 @@ def run_sheet(problem: Problem, run: Simulation, initial: str) -> Sheet:
     slips = data_facts.without_round_off(run.slip_per_cycle, none_of_slip)
     table = _slips(problem, {"initial": run.initial_slip, "final": run.final_slip}, slips)
     safe = initial == "safe" and not run.open_nodes
-    said = [notes.one_path] * problem.is_domain
-    said += [notes.transient_moves] * (safe and moved_by_transient(problem, run.load_factor))
-    said += [notes.directions] * (problem.directions > 1) + [notes.summed]
+    texts = [notes.one_path] * problem.is_domain
+    texts += [notes.transient_moves] * (safe and moved_by_transient(problem, run.load_factor))
+    texts += [notes.directions] * (problem.directions > 1) + [notes.summed]
     return Sheet(
         data_facts.headline(problem),
-        [said_of_run(problem, run)],
+        [run_sentence(problem, run)],
         None,
         facts,
-        [Section("", (), [table], said)],
+        [Section("", (), [table], texts)],
     )
 
 
-def said_of_run(problem: Problem, run: Simulation, proved: str = "") -> str:
+def run_sentence(problem: Problem, run: Simulation, proved: str = "") -> str:
     """What the joint does at a load factor, in one sentence.
 
     Examples
     --------
     >>> import shakedown
     >>> joint = shakedown.example("two-node")
-    >>> said_of_run(joint, shakedown.simulate(joint, 0.7))
+    >>> run_sentence(joint, shakedown.simulate(joint, 0.7))
     'At λ = 0.7 the joint shakes down: proved.'
-    >>> said_of_run(joint, shakedown.simulate(joint, 1.0))
+    >>> run_sentence(joint, shakedown.simulate(joint, 1.0))
     'At the nominal load (λ = 1) the joint slips in every cycle: simulated.'
     """
     here = f"At {'the nominal load (λ = 1)' if run.load_factor == 1 else f'λ = {run.load_factor:.10g}'}"
@@ -165,12 +165,12 @@ def slip_limit_fact(limit: SlipLimit | None, problem: Problem) -> list[Fact]:
         return [Fact(label, "at no load factor")]
     if np.isinf(limit.exceeded_at):
         return [Fact(label, "at every load factor simulated")]
-    said = ["above it there are load factors at which they are again"] * (not limit.monotone)
+    remarks = ["above it there are load factors at which they are again"] * (not limit.monotone)
     if limit.node >= 0:
-        said.insert(
+        remarks.insert(
             0, f"largest {sized(limit.largest, unit)}, {data_facts.node_in_words(problem, limit.node)}"
         )
-    note = "; ".join(said)
+    note = "; ".join(remarks)
     return [Fact(label, f"up to λ = {number(limit.load_factor, rounding='down')}", note=note)]
 
 
@@ -199,9 +199,9 @@ def nodes_sheet(problem: Problem, found: NodeResults, initial: str) -> Sheet:
     known, which = worst_table(problem, found), "All nodes"
     if problem.n > WORST:
         which = f"The {WORST} nodes with the largest {'slip range' if found.slip_range.any() else 'pressure'}"
-    said = [notes.summed, notes.forces] + [notes.mixed] * ("mixed" in found.status)
-    said += [notes.one_path] * problem.is_domain
-    return Sheet(data_facts.headline(problem), [does], None, facts, [Section(which, (), [known], said)])
+    texts = [notes.summed, notes.forces] + [notes.mixed] * ("mixed" in found.status)
+    texts += [notes.one_path] * problem.is_domain
+    return Sheet(data_facts.headline(problem), [does], None, facts, [Section(which, (), [known], texts)])
 
 
 def node_facts(problem: Problem, found: NodeResults) -> list[Fact]:
@@ -317,9 +317,9 @@ def findings(v: Verification) -> list[Fact]:
 def answer(v: Verification) -> str:
     """What becomes of the joint under the nominal load: proved by the limits, else by simulation."""
     run = v.as_given.simulation
-    if v.assessment.said_as_given == Said.SHAKEDOWN and run.outcome == Outcome.SHAKEDOWN:
-        return limit_facts.said_of_nominal_load(v.assessment)
-    return said_of_run(v.problem, run, "proved by following its cycles" if run.proved else "")
+    if v.assessment.verdict == LimitsVerdict.SHAKEDOWN and run.outcome == Outcome.SHAKEDOWN:
+        return limit_facts.nominal_load_sentence(v.assessment)
+    return run_sentence(v.problem, run, "proved by following its cycles" if run.proved else "")
 
 
 def verdict(v: Verification) -> str:
@@ -402,12 +402,13 @@ def runs_section(v: Verification) -> Section:
         with_unit("Σ|Δv|", unit): [number(slip) for slip in slips],
         "residual": ["–" if np.isnan(each.residual) else f"{each.residual:.0e}" for each in found],
     }
-    said = [notes.judged, notes.summed, notes.residual]
-    said += [notes.after] * any(run.after_transient for run in v.runs)
-    said += [notes.in_zone] * any(bool(run.open_nodes) for run in v.runs)
-    said += [notes.separation] * any(each.outcome == Outcome.SEPARATION for each in found)
-    said += [notes.one_path] * v.problem.is_domain
-    return Section("Runs", (), [Table.of(columns, ("initial state", "predicted", "simulated"), keys=2)], said)
+    texts = [notes.judged, notes.summed, notes.residual]
+    texts += [notes.after] * any(run.after_transient for run in v.runs)
+    texts += [notes.in_zone] * any(bool(run.open_nodes) for run in v.runs)
+    texts += [notes.separation] * any(each.outcome == Outcome.SEPARATION for each in found)
+    texts += [notes.one_path] * v.problem.is_domain
+    table = Table.of(columns, ("initial state", "predicted", "simulated"), keys=2)
+    return Section("Runs", (), [table], texts)
 
 
 def started(run: Run) -> str:

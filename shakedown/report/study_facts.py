@@ -33,7 +33,7 @@ def critical_sheet(problem: Problem, found: CriticalLoadFactors) -> Sheet:
     """The smallest critical load factor, where its limits meet, and where asked for all of them."""
     from shakedown.bounds.collapse.lower import lower_bound  # loads the solvers
 
-    facts, said = critical_facts(found, lower_bound(problem))
+    facts, texts = critical_facts(found, lower_bound(problem))
     smallest, tables = found.smallest_positive, []
     if smallest.rows:
         limits = ", ".join(f"{problem.node_name(node)} {SIDE_NAMES[side]}" for node, side in smallest.rows)
@@ -45,7 +45,7 @@ def critical_sheet(problem: Problem, found: CriticalLoadFactors) -> Sheet:
         # digits for load factors that may differ little
         rows = [[str(k), number(value, 10)] for k, value in enumerate(found.load_factors)]
         tables.append(Table(["", "critical load factors"], rows))
-    return Sheet(headline(problem), (), None, facts, [Section("", (), tables, said)])
+    return Sheet(headline(problem), (), None, facts, [Section("", (), tables, texts)])
 
 
 def critical_facts(critical: CriticalLoadFactors, lower: Bound) -> tuple[list[Fact], list[str]]:
@@ -94,11 +94,11 @@ KNOWN = {True: "yes", False: "no", None: "not known"}
 
 def map_sheet(problem: Problem, found: InitialStateMap) -> Sheet:
     """All that is known of a map."""
-    said = [notes.one_path] * problem.is_domain
-    said += [notes.grid] * (found.sampling.sampler == "grid") + [notes.share]
-    said += [notes.untried] * bool(found.same_outcome)
-    said += [notes.spread] if found.limit_cycles else []
-    sections = [_limit_cycles(found), Section(notes=said)]
+    texts = [notes.one_path] * problem.is_domain
+    texts += [notes.grid] * (found.sampling.sampler == "grid") + [notes.share]
+    texts += [notes.untried] * bool(found.same_outcome)
+    texts += [notes.spread] if found.limit_cycles else []
+    sections = [_limit_cycles(found), Section(notes=texts)]
     return Sheet(headline(problem), [share(found)], None, map_facts(found), sections)
 
 
@@ -209,8 +209,8 @@ def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> She
     for point in missing[:1]:
         where = f"at {len(missing)} of {len(found.points)} points"
         facts.append(Fact("no joint", where, note=point["reason"]))
-    said = [notes.at_values] * (len(found.points) > 1) + [notes.load_domain] * problem.is_domain
-    said += [notes.of_zones] * bool(found.in_zone.any())
+    texts = [notes.at_values] * (len(found.points) > 1) + [notes.load_domain] * problem.is_domain
+    texts += [notes.of_zones] * bool(found.in_zone.any())
     limits = {here: [REGIONS[str(name)] for name in regions.ravel()]}
     for name in found.bounds:
         claim = BOUNDS[name].claim
@@ -222,7 +222,7 @@ def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> She
             sizes = np.where(found.in_zone & (sizes == 0.0), np.nan, sizes)
             heading = claim.removeprefix("proved from ").removesuffix(" above")
         limits[heading] = [number(size, SHOWN, way) for size in sizes.ravel()]
-    sections = [Section("", (), [_table(found, limits)], said)]
+    sections = [Section("", (), [_table(found, limits)], texts)]
     simulated = {
         f"λ = {factor:g}": [outcome or "–" for outcome in found.outcomes[..., k].ravel()]
         for k, factor in enumerate(found.load_factors_simulated)
@@ -251,7 +251,7 @@ def damping_sheet(problem: Problem, curve: DampingCurve) -> Sheet:
     """Dissipation and stiffness over the amplitude of a load, and up to where there is no damping."""
     name = f" ({shortened(curve.load_name, 40)})" if curve.load_name else ""
     still = "; it is constant and closes no loop: --load names another" * (not curve.force.any())
-    stiffness = curve.unit.stiffness or "not said by the problem"
+    stiffness = curve.unit.stiffness or "not in the problem"
     facts = [
         Fact("load", f"{curve.load}{name}", note=f"at {count(len(curve.amplitude), 'amplitude')}{still}"),
         Fact("displacement", curve.unit.moved(curve.problem), note=f"stiffness: {stiffness}"),
@@ -265,16 +265,16 @@ def damping_sheet(problem: Problem, curve: DampingCurve) -> Sheet:
         facts.append(Fact("initial slips", str(len(curve.band.states)), note="least and largest of all"))
         note = f"amplitude {', '.join(same)}" if same else "at no amplitude"
         facts.append(Fact("the same from every state", "proved" if same else "not proved", note=note))
-    said = [notes.other_loads] * bool(np.isnan(curve.proved_limit))
-    said += [notes.no_displacement] * bool(np.isnan(curve.displacement).all())
+    texts = [notes.other_loads] * bool(np.isnan(curve.proved_limit))
+    texts += [notes.no_displacement] * bool(np.isnan(curve.displacement).all())
     if curve.from_zero is not None:
         where = _numbers(curve.amplitude[curve.differs])
         if where:
             ends = "ends elsewhere from the initial state"
             facts.append(Fact("the start decides", f"at {', '.join(where)}", note=ends))
         else:
-            said.append(notes.same_from_start)
-    return Sheet(headline(problem), (), None, facts, [Section("", (), [_curve(problem, curve)], said)])
+            texts.append(notes.same_from_start)
+    return Sheet(headline(problem), (), None, facts, [Section("", (), [_curve(problem, curve)], texts)])
 
 
 def _numbers(values: Sequence[float] | FloatArray) -> list[str]:
@@ -350,7 +350,7 @@ def refinement_sheet(problem: Problem, found: Refinement) -> Sheet:
     if found.radius is not None:
         facts.append(Fact("averaged over", sized(found.radius, units.length)))
     verdicts = set(found.verdict.values())
-    said = [notes.trend, notes.falling] if {"falls", "grows"} & verdicts else [notes.trend]
-    said += [notes.zero_meshes] * ("zero" in verdicts)
-    said += [notes.few_meshes] * ({"undecided"} <= verdicts <= {"undecided", "zero"})
-    return Sheet(headline(problem), facts=facts, sections=[Section("", (), [table], said)])
+    texts = [notes.trend, notes.falling] if {"falls", "grows"} & verdicts else [notes.trend]
+    texts += [notes.zero_meshes] * ("zero" in verdicts)
+    texts += [notes.few_meshes] * ({"undecided"} <= verdicts <= {"undecided", "zero"})
+    return Sheet(headline(problem), facts=facts, sections=[Section("", (), [table], texts)])

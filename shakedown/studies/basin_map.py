@@ -40,14 +40,14 @@ from shakedown.studies.samplers import BLOCK, FIRST_TWO, NAMED, Sampler, Samplin
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InitialStateMap(LongTermStates):
-    """What becomes of a joint from many initial states at one load factor.
+    """Long-term states of a joint from many initial states at one load factor.
 
     Attributes
     ----------
     sampling
         Which initial states. The first rows, as many as ``sampling.named`` has, are slip zero, the given
         and the critical state; the others are sampled: ``sampling.slips(k, k + 1)`` gives number k of
-        them again. Shares and what is said over all states are those of the sampled ones.
+        them again. Shares and statistics are those of the sampled states.
     limit_cycles
         The distinct limit cycles, the most frequent first.
     slip_range : (s,) or None
@@ -253,7 +253,7 @@ def initial_state_map(
     progress: Callable[[int, int], None] | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> InitialStateMap:
-    """What becomes of a joint from many initial states (thesis §7.2.1, §7.2.2).
+    """Find the long-term states of a joint from many initial states (thesis §7.2.1, §7.2.2).
 
     Parameters
     ----------
@@ -294,8 +294,8 @@ def initial_state_map(
     max_cycles, longest_period
         As for :func:`long_term_state`.
     slip_below
-        A limit on the slip range of every node in the long run [length]; from how many states it holds is
-        said beside the outcomes. A state that does not come to rest is followed twice for that.
+        A limit on the slip range of every node in the long run [length]. The share of states from which it
+        holds is found as well; a state that does not come to rest is followed twice for that.
     progress
         Called as ``progress(done, total)`` from time to time.
     tolerances

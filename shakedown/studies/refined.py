@@ -105,7 +105,7 @@ def trend(size: FloatArray, values: FloatArray) -> Trend:
         return Trend(Tendency.CONVERGES, last + left, order)
     if second * last > 0:
         power = float(np.log(second / last) / np.log(h[1] / h[2]))
-    # order below which there is none: what is left cannot be told from a power of h, or log h
+    # order below which there is none: the rest cannot be distinguished from a power of h, or log h
     slow, far = near and order >= 0.25, order >= SLOWEST and abs(left) <= 2.0 * NEAR * abs(last)
     if slow or far or abs(power) < level or abs(last - first) <= level * abs(last):
         return Trend(Tendency.UNDECIDED)
@@ -165,7 +165,7 @@ class Refinement(Result):
     elements: FloatArray
 
     def table(self) -> dict[str, NDArray[Any]]:
-        """The columns by name, one row per mesh; what all meshes have in common is said of each."""
+        """The columns by name, one row per mesh; what all meshes have in common is repeated in each."""
         same = {name: getattr(self, name) for name in self.DOCUMENT.split()}
         return {
             "size": self.size,
@@ -237,7 +237,7 @@ def refine(
     resume: bool = False,
     progress: Progress | None = None,
 ) -> Refinement:
-    """Which numbers of a joint converge as its mesh is refined (docs/mesh.md).
+    """Find which numbers of a joint converge as its mesh is refined (docs/mesh.md).
 
     Three meshes or more tell, each with about twice as many elements along an edge as the one before.
     A number a + c h^p is fitted through the last three, h^(−d) the number of elements: it converges where p

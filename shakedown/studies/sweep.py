@@ -235,7 +235,7 @@ class Sweep(Result):
             "bounds": self.bounds,
             "load_factors_simulated": self.load_factors_simulated,
             "points": [
-                {word: said for word, said in point.items() if word != "contradictions"}
+                {name: value for name, value in point.items() if name != "contradictions"}
                 for point in self.points
             ],
             "contradictions": self.contradictions,
@@ -340,7 +340,7 @@ def sweep(
     progress: Progress | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> Sweep:
-    """How the limits of the load factor move with one or two parameters of a joint.
+    """Compute the limits of the load factor over one or two parameters of a joint.
 
     Every point is checked for contradictions between its limits (λ_U ≤ λ_1 ≤ λ_max, λ_E and
     λ_S ≤ λ_max, no cycle below a proved limit). Where the parameters make no joint the point says why.
@@ -371,8 +371,8 @@ def sweep(
     quick
         λ_T to 0.1 %.
     slip_below
-        A limit on the slip range of every node in the long run [length]; up to which load factor it holds
-        from the state asked about is said beside (:class:`~shakedown.assessment.transient_limit.SlipLimit`).
+        A limit on the slip range of every node in the long run [length]. The load factor up to which it holds
+        from the given state is found as well (:class:`~shakedown.assessment.transient_limit.SlipLimit`).
     executor
         Who works: any :class:`concurrent.futures.Executor`, as of threads, loky, MPI or
         ``dask.distributed.Client(…).get_executor()``. It is not shut down.
@@ -425,9 +425,9 @@ def sweep(
     if output is not None:
         check_table(output)
     places = list(product(*(array.tolist() for array in values)))  # the last parameter runs fastest
-    said = asked | {"initial_slip": plain(asked["initial_slip"])}  # in full, however many nodes
+    settings = asked | {"initial_slip": plain(asked["initial_slip"])}  # in full, however many nodes
     run: dict[str, Any] = {"executor": executor, "workers": workers, "progress": progress}
-    run |= {"settings": (_stamp(variation, places[0]), variation.parameters, places, said)}
+    run |= {"settings": (_stamp(variation, places[0]), variation.parameters, places, settings)}
     run |= {"output": output, "resume": resume}
     with run_pieces(partial(_point, variation, places, asked), len(places), **run) as pieces:
         about = variation.name, variation.parameters, variation.meanings, variation.units

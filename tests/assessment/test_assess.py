@@ -12,7 +12,7 @@ from benchmarks.problems import random_problem
 from shakedown.assessment.every_limit import admitted_up_to
 from shakedown.bounds import upper as upper_module
 from shakedown.bounds.accumulated import accumulated_bound as accumulated_module
-from shakedown.ground.status import Said
+from shakedown.ground.status import LimitsVerdict
 from shakedown.joint.constraints import loading
 from tests.joints import any_joint
 
@@ -57,7 +57,7 @@ def test_what_is_proved_and_what_is_impossible_is_so(seed):
     if above < np.inf:
         state = shakedown.long_term_state(problem, 1.01 * above + 1e-3, slip)
         assert state.outcome != shakedown.Outcome.SHAKEDOWN or state.open_nodes
-    assert found.said_as_given != Said.SHAKEDOWN or found.as_given == shakedown.Outcome.SHAKEDOWN
+    assert found.verdict != LimitsVerdict.SHAKEDOWN or found.as_given == shakedown.Outcome.SHAKEDOWN
 
 
 @pytest.mark.parametrize("exponent", [3, 9, 30])
@@ -118,9 +118,9 @@ def test_every_state_is_one_that_the_first_load_admits_after_the_transient():
 def test_of_open_nodes_nothing_is_excluded_and_the_bounds_do_not_decide():
     found = shakedown.assess(RECEDING)
     assert found.details.open_nodes
-    assert (found.impossible_above, found.said_as_given) == (np.inf, Said.OPEN)
+    assert (found.impossible_above, found.verdict) == (np.inf, LimitsVerdict.OPEN)
     closed = shakedown.assess(RECEDING, open_nodes=())
-    assert (closed.impossible_above, closed.said_as_given) == (0.0, Said.IMPOSSIBLE)
+    assert (closed.impossible_above, closed.verdict) == (0.0, LimitsVerdict.IMPOSSIBLE)
 
 
 def test_one_joint_has_one_transient_limit():

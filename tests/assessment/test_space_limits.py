@@ -98,7 +98,7 @@ def test_a_load_factor_within_the_enclosure_of_the_largest_is_not_said_to_be_imp
     low, high = found.details.upper.certified
     assert low <= 1.0 <= high
     assert found.impossible_above == max(high, found.details.upper.load_factor) >= 1.0
-    assert found.said_as_given == "open"
+    assert found.verdict == "open"
 
 
 def test_where_a_body_begins_to_slide_away_is_found_to_all_digits():

@@ -167,7 +167,7 @@ def test_impossible_is_said_only_where_every_zone_was_tried():
     assert many.details.upper.status == "undecided"
     assert "not all were" in many.details.upper.reason
     assert np.isnan(many.impossible_above)
-    assert many.said_as_given == "open"
+    assert many.verdict == "open"
     assert claims(many)[2].value == "unknown"
     assert solve_sheet(many).claims.rows[2][1] == "unknown"
     assert [each.shown for each in solve_sheet(many).facts if each.label == "no safe slip"]

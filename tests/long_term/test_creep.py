@@ -1,4 +1,4 @@
-"""What keeps a body that friction alone holds from creeping: the statements of docs/creep.md, each as a law."""
+"""What keeps a body that friction alone holds from creeping: the theorems of docs/creep.md, each as a law."""
 
 from dataclasses import replace
 from math import isnan
@@ -10,7 +10,7 @@ import shakedown
 from shakedown import Outcome, Problem
 from shakedown.long_term.creep_proofs import sliding_bodies
 
-# Counter-examples: each shows that a condition of a statement is needed.
+# Counter-examples: each shows that a condition of a theorem is needed.
 WINDOW = Problem(  # creeps, and above that does not
     A=[[1.0, -1.0], [-1.0, 1.0]],
     B=np.zeros((2, 2)),

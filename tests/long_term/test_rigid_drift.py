@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.report.run_facts import said_of_run
+from shakedown.report.run_facts import run_sentence
 from tests.command import document
 
 RING = shakedown.example("bearing-ring")
@@ -19,7 +19,7 @@ def test_a_ring_creeps_by_turning_about_its_middle():
     assert found.turn == pytest.approx([0, 0, np.degrees(run.drift.max() / 40.0)], rel=1e-6)
     assert not found.shift.any()
     assert found.cycles_per_revolution == 8
-    assert f"; per revolution by {8 * found.turn[2]:.4g}°." in said_of_run(RING, run)
+    assert f"; per revolution by {8 * found.turn[2]:.4g}°." in run_sentence(RING, run)
     turned = replace(RING, coordinates=RING.coordinates + np.array([5.0, -3.0, 0.0]))
     assert shakedown.simulate(turned, 1.0).rigid_drift.turn == pytest.approx(found.turn, rel=1e-9)
     assert shakedown.node_results(run).to_dict()["rigid_drift"] == run.to_dict()["rigid_drift"]

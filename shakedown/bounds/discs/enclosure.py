@@ -1,6 +1,6 @@
 """Safe slips, and two load factors with λ_max of the joint as stored between them, proved.
 
-Every rounding is bounded. The statements that it rests on are Theorems U1 to U3 of docs/space.md.
+Every rounding is bounded. It rests on Theorems U1 to U3 of docs/space.md.
 """
 
 from collections.abc import Iterator

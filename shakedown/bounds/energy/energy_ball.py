@@ -48,7 +48,7 @@ class EnergyBall(Result):
     A joint with all nodes closed, at a slip that is admissible under its load and less
     than ``radius`` away from ``slip`` in the energy norm, comes to rest after a finite
     total slip; no node ever opens. This holds at ``load_factor``, in whatever order the
-    loads of the loop and those in between are passed. With open nodes it is said of a state
+    loads of the loop and those in between are passed. With open nodes it holds for a state
     in which these are open, in equilibrium, and all others closed: it stays so; distances
     are those of the closed nodes' slips, in the energy norm of the joint that is left.
 
@@ -187,7 +187,7 @@ class BallEvidence(Evidence):
     At every load factor strictly between ``least_load_factor`` and ``load_factor`` a
     motion that begins with all nodes closed, at a slip within the energy distance
     ``distance`` of ``initial_slip``, comes to rest after a finite total slip, and no
-    node ever opens. With open nodes it is said of a motion that begins with exactly these
+    node ever opens. With open nodes it holds for a motion that begins with exactly these
     open, in equilibrium, and all others closed: it stays so. From all nodes closed at the
     same slips another state may be reached. It is infeasible where nothing is proved at any load factor,
     unbounded where shakedown is proved at every one from the least on, undecided where no solver came to an

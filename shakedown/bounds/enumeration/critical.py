@@ -30,7 +30,7 @@ from shakedown.joint.result import Result
 
 Progress = Callable[[int, int], None]
 SMALL = 20_000  # up to here batches are done before compiled code is loaded, and all values are kept
-COUNTABLE = 10**21  # from so many subsets on, neither their number nor a time is told exactly
+COUNTABLE = 10**21  # from so many subsets on, neither their number nor a time is given exactly
 MOST_NODES = 10_000  # nodes; limits the digits of the number of subsets
 
 
@@ -171,11 +171,11 @@ def _check_budget(rows: Constraints, total: int, budget: int) -> None:
     if not isinstance(budget, int):
         raise UsageError(f"budget: expected a whole number, found {budget!r}")
     if total > budget:
-        told = f"{total:,}" if total < COUNTABLE else f"about 10^{len(str(total)) - 1}"
+        shown = f"{total:,}" if total < COUNTABLE else f"about 10^{len(str(total)) - 1}"
         # seconds of one core for a subset, as the study `enumeration` measured from 10 nodes on
         seconds = 4e-8 * min(total, COUNTABLE)
         time = f"{seconds:.2g} seconds" if seconds < 3600 else f"{seconds / 3600:.2g} hours"
         raise BudgetExceeded(
-            f"{told} subsets of {rows.n + 1} rows are more than the budget of {budget:,}; "
+            f"{shown} subsets of {rows.n + 1} rows are more than the budget of {budget:,}; "
             f"they would take {'about' if total < COUNTABLE else 'more than'} {time} on one core"
         )

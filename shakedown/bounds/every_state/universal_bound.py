@@ -180,7 +180,7 @@ class EveryState(Evidence):
     A state is one with all nodes closed that is admissible at some instant of the loop; transient
     load steps, where the problem has them, are over (``after_transient``). For every
     load factor below ``load_factor`` all nodes stay closed, the motion is without jumps (and unique, but
-    for a body that friction alone holds), and slip ceases. Of a load domain this is said of every path
+    for a body that friction alone holds), and slip ceases. For a load domain this holds for every path
     inside it: then only the arguments count that ask for no order, Melan's theorem and least pressures,
     with the lift-off bound over the hull of the corners.
 
@@ -204,7 +204,7 @@ class EveryState(Evidence):
     lift_off_bound
         Below this load factor no admissible slip lifts a node off; NaN where not needed.
     after_transient
-        Whether the problem has transient load steps: then nothing is said of a motion
+        Whether the problem has transient load steps: then nothing is proved of a motion
         before they are over.
     pressures
         What least pressures prove, with the evidence to check it; None where not needed.

@@ -10,7 +10,7 @@ It goes one cycle at a time:
              back there, and obey the friction law at every event.
 
 Where an instant has no rates, where the motion stops, and where the map drifts, so that its limit
-must be split off, the search returns and is told what Python has found. Every search begins from
+must be split off, the search returns and is given what Python has found. Every search begins from
 nothing that another one has left, so that no answer depends on the others.
 
 Reading order: ``period_map`` (a period as an affine map, its powers and their limit), ``search`` (where a

@@ -387,7 +387,7 @@ class SlopeLeaps:
     SWEEPS: ClassVar[int] = 8  # in which the remainder is sampled, each on the way that the last one leads …
     SHRINKS: ClassVar[float] = 0.5  # … while they change it so much less than two sweeps before, and never …
     BENT: ClassVar[float] = 0.5  # … by more than this, relative
-    LEFT: ClassVar[float] = 1e-3  # of the change: less of it is not told from none
+    LEFT: ClassVar[float] = 1e-3  # of the change: less of it counts as none
     GROWN: ClassVar[float] = 4.0  # and most: nodes may begin and cease to slip between what is looked at
 
     care: float = 1.0

@@ -365,7 +365,7 @@ def overruled_by_proofs(state: LongTermState) -> LongTermState:
     proof, slip = proof_from_start(begun), goal.u[begun.problem.layout.slips]
     if not proof and not opened and not of_start_only:
         proof = proof_from_every_state(begun)
-    about_here = not proof and has_begun and not _closes(state, THREE_DIGITS)  # of the start, λ_E has told
+    about_here = not proof and has_begun and not _closes(state, THREE_DIGITS)  # at the start λ_E has decided
     if about_here and ball_about(begun, slip, opened) is not None:
         proof = "an energy ball holds the state that it has come to"
     if not proof:

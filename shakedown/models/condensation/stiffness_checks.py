@@ -28,7 +28,7 @@ def loose_motion(K: sparse.csc_array, dofs: IntArray, places: Places | None = No
     dofs : (N, 2)
         Node and direction of every row.
     places
-        Coordinates of the nodes, without which turning cannot be told from other motions.
+        Coordinates of the nodes, without which turning cannot be distinguished from other motions.
 
     Examples
     --------
@@ -70,8 +70,8 @@ def motions_in_words(modes: FloatArray, dofs: IntArray, places: Places | None) -
     found = np.flatnonzero((size > _SAME) & (np.linalg.norm(outside, axis=0) <= _SAME * size))
     every = [f"{how} {axis}" for how in ("along", "turning about") for axis in "xyz"]
     words = [every[k] for k in found.tolist()]
-    told = rigid[:, found]
-    rest = free - told @ np.linalg.lstsq(told, free, rcond=None)[0] if told.shape[1] else free
+    known = rigid[:, found]
+    rest = free - known @ np.linalg.lstsq(known, free, rcond=None)[0] if known.shape[1] else free
     more = free.shape[1] - len(words)
     if more > 0:
         node, direction = dofs[int(np.argmax(np.abs(rest).max(axis=1)))]
@@ -150,7 +150,7 @@ def checked_matrix(K: Any, dofs: IntArray) -> tuple[sparse.csr_array, NDArray[np
 
 
 def uncoupled(K: sparse.csr_array, nodes: IntArray) -> str:
-    """In what a matrix that is said to be condensed is too sparse for it, in words; "" where it is not.
+    """Why a matrix declared as condensed is too sparse for it, in words; "" where it is not.
 
     Over one connected body the condensed matrix couples every node to every
     other; a plain sub-block of the full matrix couples neighbours only.

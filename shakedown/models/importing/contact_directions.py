@@ -29,7 +29,7 @@ def contact_directions(
     first : (n,)
         Contact nodes of the first body.
     assume_plane
-        Whether normals in the plane of x and y, where nothing else is said, mean one direction of slip.
+        Whether normals in the plane of x and y, without other keys, mean one direction of slip.
     faces : (n, 3), optional
         Normals of the faces, where these are known already.
 
@@ -47,23 +47,25 @@ def contact_directions(
     ProblemError
         If keys contradict each other, or normals are neither given nor known from the model.
     """
-    said, given = _axes(table, mesh), _given(table, len(first))
-    if said is None and given is not None and given.shape[-1] == 2:
-        said = PLANE
+    stated, given = _axes(table, mesh), _given(table, len(first))
+    if stated is None and given is not None and given.shape[-1] == 2:
+        stated = PLANE
     surface = table.text("surface", required=False)
     if given is not None:
-        axes = said or (PLANE if assume_plane and not given[..., 2].any() else SPACE)
+        axes = stated or (PLANE if assume_plane and not given[..., 2].any() else SPACE)
         along = _along(table, given, axes)
     elif not mesh.elements:
         raise table.unfit("one of 'normal' and 'normals', or [model] with a deck that has elements", "none")
     else:
         with found_in(table.where):
-            along = mesh.normals(first, said or SPACE, surface, faces)
-        flat = said is None and (np.abs(np.hypot(*along.T[:2]) - 1) <= THREE_DIGITS).all()  # but for the mesh
-        axes = said or (PLANE if assume_plane and flat else SPACE)
-        along = along if said else along[:, [axis - 1 for axis in axes]]
+            along = mesh.normals(first, stated or SPACE, surface, faces)
+        flat = (
+            stated is None and (np.abs(np.hypot(*along.T[:2]) - 1) <= THREE_DIGITS).all()
+        )  # but for the mesh
+        axes = stated or (PLANE if assume_plane and flat else SPACE)
+        along = along if stated else along[:, [axis - 1 for axis in axes]]
     normals = np.broadcast_to(along, (len(first), len(axes))).copy()
-    return axes, normals, said is None and axes == PLANE
+    return axes, normals, stated is None and axes == PLANE
 
 
 def _axes(table: TomlTable, mesh: Mesh) -> Axes | None:

@@ -219,7 +219,7 @@ def import_model(
     changes: Mapping[str, float] | None = None,
     before: Import | None = None,
 ) -> Import:
-    """Read finite-element output as a TOML configuration says, and condense it.
+    """Read and condense finite-element output as a TOML configuration describes it.
 
     The problem keeps what leads back to the model: labels, coordinates, normals and, where
     there are faces, areas of its nodes, the names of the loads, and as ``source`` the

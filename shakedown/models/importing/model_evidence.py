@@ -177,7 +177,7 @@ def _gap(contact: ContactSection) -> Iterator[str]:
 def _normals(contact: ContactSection, mesh: Mesh, where: str) -> Iterator[str]:
     """Refuse normals out of the first body; doubt those unlike the faces.
 
-    Where no faces are known, nothing is said. The faces of the second body must look at the first one's.
+    Where no faces are known, nothing is checked. The faces of the second body must look at the first one's.
     """
     if contact.coordinates is None or not mesh.elements:
         return

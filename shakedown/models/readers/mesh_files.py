@@ -76,9 +76,9 @@ def read_by_meshlane(path: str | os.PathLike[str], kind: str | None = None) -> M
         import meshlane
     except ImportError:
         raise ProblemError(not_installed(name, "meshlane, which reads meshes", "fem")) from None
-    said = io.StringIO()
+    printed = io.StringIO()
     try:
-        with redirect_stdout(said), redirect_stderr(said), warnings.catch_warnings():
+        with redirect_stdout(printed), redirect_stderr(printed), warnings.catch_warnings():
             warnings.simplefilter("ignore")
             raw = meshlane.read(path, kind)
             labels = (
@@ -88,7 +88,7 @@ def read_by_meshlane(path: str | os.PathLike[str], kind: str | None = None) -> M
     except Exception as error:  # whatever a reader of meshlane raises on a damaged file
         reason = str(error) or type(error).__name__
     except SystemExit:  # meshlane ends the program where no reader takes the file
-        reason = " ".join(said.getvalue().split())
+        reason = " ".join(printed.getvalue().split())
     raise ProblemError(f"{name}: cannot be read as a mesh ({quoted(reason)[1:-1]})") from None
 
 

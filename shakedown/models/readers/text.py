@@ -274,9 +274,9 @@ class InputFiles:
         except ProblemError as error:
             if self._inside(path):
                 raise
-            said = str(error).partition(", found ")[0]
+            message = str(error).partition(", found ")[0]
             raise ProblemError(
-                f"{said} (what was found is not shown: the file lies outside the folder)"
+                f"{message} (what was found is not shown: the file lies outside the folder)"
             ) from None
         if name not in self.sources:
             self.sources[name] = sha256(path)
