@@ -457,7 +457,8 @@ def pressed_limits(limits: BallLimits, problem: Problem) -> BallLimits:
     G, slopes = -problem.B, -problem.B @ limits.metric.inverse
     spread = (1.0 + SIX_DIGITS) * np.linalg.norm(slopes, axis=1)  # strictly positive
     pressed = Rows(
-        *(np.concatenate([part, part]) for part in (G, slopes)),
+        np.vstack([G, G]),
+        np.vstack([slopes, slopes]),
         np.append(-loop.p1.min(axis=0), np.zeros(n)),
         np.append(loop.p0, np.vstack([loop.p0, before]).min(axis=0)),
         np.append(spread, spread),
