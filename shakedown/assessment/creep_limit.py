@@ -15,7 +15,7 @@ from shakedown.bounds.bound_result import Bound, Evidence
 from shakedown.bounds.every_state.universal_bound import least_pressure_bound
 from shakedown.bounds.registry import takes_long
 from shakedown.ground.constants import FOUR_DIGITS, SIX_DIGITS, FloatArray
-from shakedown.ground.errors import Missing, allowed, present, sought
+from shakedown.ground.errors import Missing, attempt, attempt_any, present
 from shakedown.ground.shown_values import down
 from shakedown.ground.status import Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -95,7 +95,7 @@ class Creep(Evidence):
 
 def of_joint(limits: Any) -> Bound | Missing:
     """λ_c of a joint whose limits are computed (:data:`shakedown.bounds.registry.BOUNDS`)."""
-    return sought(_Search(limits, QUICK).found)
+    return attempt(_Search(limits, QUICK).found)
 
 
 @checked
@@ -218,7 +218,7 @@ class _Search:
     def _proofs(self) -> Iterator[tuple[str, tuple[float, str]]]:
         """The load factors below which nothing creeps, and from which states."""
         for word, source in (("proved_from_every_state", EVERY), ("proved_from_this_state", THIS)):
-            found = allowed(getattr, self.limits, word)
+            found = attempt_any(getattr, self.limits, word)
             if isinstance(found, float) and found > 0:
                 yield word, (found, source)
         if not self.bodies:
@@ -235,8 +235,8 @@ class _Search:
 
     def _closed_up_to(self) -> float:
         """Below it no admissible slip lifts a node off; NaN where no bound was found."""
-        every = present(sought(lambda: self.limits.universal))
-        found = (every and every.pressures) or allowed(least_pressure_bound, self.problem)
+        every = present(attempt(lambda: self.limits.universal))
+        found = (every and every.pressures) or attempt_any(least_pressure_bound, self.problem)
         return found.lift_off_bound if found else nan
 
     def _scanned(self, proved: float) -> tuple[float, float]:

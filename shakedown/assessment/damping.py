@@ -19,8 +19,8 @@ from shakedown.bounds.named_start import named_start
 from shakedown.campaign.pieces import finished
 from shakedown.files.atomic_write import write_table
 from shakedown.ground.argument_kinds import check_count, check_seed
-from shakedown.ground.constants import CYCLES, MANY, NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS, FloatArray
-from shakedown.ground.errors import UsageError, allowed
+from shakedown.ground.constants import CYCLES, MOST_ENTRIES, NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS, FloatArray
+from shakedown.ground.errors import UsageError, attempt_any
 from shakedown.ground.shown_values import plain, short, shortened, with_unit
 from shakedown.ground.status import OPEN, Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -496,8 +496,8 @@ def _states(loaded: _LoadedJoint, values: FloatArray, states: Any, seed: int) ->
                 f"states: expected a number or slips ({problem.layout.slip_size} a row), found {given.shape}"
             )
         return np.array([checked_initial_slip(problem, slip, "states") for slip in given])
-    check_count("states", int(states), MANY)
-    named = (allowed(named_start, problem, 0.0, word) for word in ("zero", "given", "witness"))
+    check_count("states", int(states), MOST_ENTRIES)
+    named = (attempt_any(named_start, problem, 0.0, word) for word in ("zero", "given", "witness"))
     found = [slip for slip in named if isinstance(slip, np.ndarray)]
     for k in range(int(states)):
         at, generator = loaded.at(float(values[k % len(values)])), np.random.default_rng([seed, k])
@@ -512,7 +512,7 @@ def _proved_unique(loaded: _LoadedJoint, values: FloatArray) -> NDArray[np.bool_
     if not problem.B.any() and not can_creep(problem):
         return np.ones(len(values), dtype=bool)
     alone = loaded.alone
-    found = None if alone is None else allowed(universal_bound, alone, tolerances=loaded.tolerances)
+    found = None if alone is None else attempt_any(universal_bound, alone, tolerances=loaded.tolerances)
     return np.asarray(values < (found.load_factor if found else 0.0))
 
 
@@ -551,7 +551,7 @@ def _limits(
     joint, tolerances, limits = loaded.alone, loaded.tolerances, dict[str, float]()
     if joint is None:
         return limits
-    proved = allowed(energy_bound, joint, loaded.start, open_nodes=zone, tolerances=tolerances)
+    proved = attempt_any(energy_bound, joint, loaded.start, open_nodes=zone, tolerances=tolerances)
     if proved and proved.load_factor > 0:
         limits["proved_limit"] = float(proved.load_factor)
     damped = [a for a, row in zip(values, rising, strict=True) if row["outcome"] != Outcome.SHAKEDOWN]
@@ -560,7 +560,7 @@ def _limits(
     scan: dict[str, Any] = {"largest": float(damped[0]), "steps": 2, "accuracy": THREE_DIGITS}
     if damped[0] > 0:  # two steps between 0 and the first amplitude that damps
         scan |= {"open_nodes": loaded.open_nodes, "tolerances": tolerances}
-        found = allowed(transient_limit, joint, loaded.start, **scan)
+        found = attempt_any(transient_limit, joint, loaded.start, **scan)
         limits["simulated_limit"] = found.load_factor if found else nan
     return limits
 

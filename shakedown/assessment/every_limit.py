@@ -21,8 +21,8 @@ from shakedown.bounds.onset import Onset, first_opening, first_slip, leaves_cone
 from shakedown.bounds.registry import BOUNDS, BoundKind, Claim, kinds_of, takes_long
 from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, friction_thresholds
 from shakedown.bounds.upper import upper_bound
-from shakedown.ground.constants import CONE, EACH_SHOWN, MUCH, FloatArray
-from shakedown.ground.errors import Missing, SolverError, allowed, present, sought
+from shakedown.ground.constants import CONE, EACH_SHOWN, NOTABLE, FloatArray
+from shakedown.ground.errors import Missing, SolverError, attempt, attempt_any, present
 from shakedown.ground.shown_values import plain, short
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -122,7 +122,7 @@ def mesh_check(limits: "JointLimits") -> MeshCheck:
         return MeshCheck(nan, (), {}, None)
     edge = _shares(limits) * surface.edge
     ranked = np.argsort(-edge, kind="stable")
-    deciding = tuple(int(node) for node in ranked[:EACH_SHOWN] if edge[node] > MUCH)
+    deciding = tuple(int(node) for node in ranked[:EACH_SHOWN] if edge[node] > NOTABLE)
     coarser = _coarser(limits)
     share = float(edge.sum())
     return MeshCheck(share, deciding, coarser, _warning(share, sorted(deciding), coarser))
@@ -167,7 +167,7 @@ def _coarser(limits: "JointLimits") -> dict[str, float]:
 
 def _warning(share: float, nodes: Sequence[int], coarser: dict[str, float]) -> str | None:
     """Two sentences, where a limit changes by more than a tenth."""
-    changed = {name.replace("_", " "): _change(by) for name, by in coarser.items() if abs(by) > MUCH}
+    changed = {name.replace("_", " "): _change(by) for name, by in coarser.items() if abs(by) > NOTABLE}
     if not changed:
         return None
     named = f" (node {', '.join(map(str, nodes))})" if nodes else ""
@@ -175,7 +175,7 @@ def _warning(share: float, nodes: Sequence[int], coarser: dict[str, float]) -> s
     changes = ", ".join(f"{name} is {change}" for name, change in changed.items())
     if len(changed) > len(set(changed.values())) == 1 and len(changed) == len(THREE_NUMBERS):
         changes = f"all three limits are {changed.popitem()[1]}"
-    finer = "; a finer mesh may lower them" * any(MUCH < by < inf for by in coarser.values())
+    finer = "; a finer mesh may lower them" * any(NOTABLE < by < inf for by in coarser.values())
     return f"{edge}On the coarser mesh (every second node) {changes}{finer}."
 
 
@@ -282,9 +282,9 @@ class JointLimits(Result):
             return Missing(kind.absent)
         found = kind.of(self)
         if kind.claim == Claim.THIS_STATE:
-            proved, upper, why = found, present(sought(lambda: self.upper)), REFUTED
+            proved, upper, why = found, present(attempt(lambda: self.upper)), REFUTED
         elif kind.claim == Claim.IMPOSSIBLE and found.uncertified and not found.open_nodes:
-            proved, upper, why = present(sought(lambda: self.universal)), found, REFUTED_BY_ALL
+            proved, upper, why = present(attempt(lambda: self.universal)), found, REFUTED_BY_ALL
         else:
             return found
         if proved is None or upper is None or not proved.load_factor > 0.0:
@@ -305,7 +305,7 @@ class JointLimits(Result):
     @cached_property
     def open_nodes(self) -> tuple[int, ...]:
         """The nodes that are open in the zone of λ_max; none where that is not found."""
-        upper = present(sought(lambda: self.upper))
+        upper = present(attempt(lambda: self.upper))
         return () if upper is None else upper.open_nodes
 
     @cached_property
@@ -339,7 +339,7 @@ class JointLimits(Result):
         """
         if load_factor not in self._balls:
             above = not self.open_nodes and load_factor > self.upper.load_factor
-            self._balls[load_factor] = Missing(NO_SAFE_SLIP) if above else sought(self._ball_at, load_factor)
+            self._balls[load_factor] = Missing(NO_SAFE_SLIP) if above else attempt(self._ball_at, load_factor)
         return self._balls[load_factor]
 
     @cached_property
@@ -386,9 +386,9 @@ class JointLimits(Result):
         """The load factor up to which every slip range of this history stays below a length."""
         from shakedown.assessment.transient_limit import scan_end, slip_limit  # loads compiled code
 
-        upper = present(sought(lambda: self.upper))
+        upper = present(attempt(lambda: self.upper))
         end = (upper and scan_end(upper)) or 1.0
-        return sought(
+        return attempt(
             slip_limit, self.problem, below, self.initial_slip, largest=end, tolerances=self.tolerances
         )
 
@@ -472,13 +472,13 @@ class JointLimits(Result):
     @cached_property
     def friction(self) -> FrictionThresholds | Missing:
         """The friction at which the motion stops being unique, and at which the joint wedges."""
-        return allowed(friction_thresholds, self.problem, tolerances=self.tolerances)
+        return attempt_any(friction_thresholds, self.problem, tolerances=self.tolerances)
 
     @cached_property
     def sensitivities(self) -> dict[str, Sensitivities | Missing]:
         """How λ_max ("upper") and λ_E ("energy") depend on friction and loads at every node."""
         return {
-            name: allowed(sensitivities, self.problem, getattr(self, name), tolerances=self.tolerances)
+            name: attempt_any(sensitivities, self.problem, getattr(self, name), tolerances=self.tolerances)
             for name in ("upper", "energy")
         }
 

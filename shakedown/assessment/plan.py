@@ -13,7 +13,7 @@ from shakedown.bounds.energy.energy_ball import energy_ball
 from shakedown.bounds.registry import BOUNDS, Claim, kinds_of, takes_long
 from shakedown.bounds.upper import safe_slip
 from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
-from shakedown.ground.errors import Missing, present, sought
+from shakedown.ground.errors import Missing, attempt, present
 from shakedown.ground.shown_values import FEW_DIGITS
 from shakedown.ground.status import Status
 from shakedown.joint.constraints import transient_path
@@ -114,7 +114,7 @@ def default_load_factors(limits: JointLimits) -> list[float]:
     if np.isinf(last):
         return [*factors, 1.5 * first or 1.0]
     if not first and not limits.lower:  # from every state nothing is proved
-        energy = present(sought(lambda: limits.energy))
+        energy = present(attempt(lambda: limits.energy))
         if energy is not None and 0.0 < energy.load_factor < last:
             first = energy.load_factor
             factors = [0.95 * first]
@@ -254,7 +254,7 @@ def _is_in_ball(limits: JointLimits, load_factor: float, name: str, state: Float
         return False
     if ball.contains(state) or ball.radius == 0 or not name.startswith(("zero", "given")):
         return bool(ball.contains(state))
-    own = sought(energy_ball, limits.problem, load_factor, around=state, tolerances=limits.tolerances)
+    own = attempt(energy_ball, limits.problem, load_factor, around=state, tolerances=limits.tolerances)
     return not isinstance(own, Missing) and bool(own.contains(state))
 
 

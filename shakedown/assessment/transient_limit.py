@@ -14,8 +14,8 @@ from shakedown.bounds.bound_result import Bound, Evidence
 from shakedown.bounds.registry import takes_long
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.argument_kinds import check_count
-from shakedown.ground.constants import FOUR_DIGITS, MANY, SIX_DIGITS, THREE_DIGITS, FloatArray
-from shakedown.ground.errors import Missing, UsageError, sought
+from shakedown.ground.constants import FOUR_DIGITS, MOST_ENTRIES, SIX_DIGITS, THREE_DIGITS, FloatArray
+from shakedown.ground.errors import Missing, UsageError, attempt
 from shakedown.ground.shown_values import down
 from shakedown.ground.status import Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -104,7 +104,7 @@ def of_joint(limits: Any) -> Bound | Missing | None:
     limits.note_what_is_known()
     # few digits where following a joint takes seconds, and longer near λ_T
     usual = FOUR_DIGITS if takes_long(limits.problem) else SIX_DIGITS
-    return sought(
+    return attempt(
         transient_limit,
         limits.problem,
         limits.initial_slip,
@@ -307,7 +307,7 @@ def check_scan(largest: float, steps: int, accuracy: float) -> None:
     """Raise ``UsageError`` where the end, the number or the accuracy of a scan is out of range."""
     if not (is_finite(largest) and largest > 0):
         raise UsageError(f"largest: expected a positive load factor, found {largest!r}")
-    check_count("steps", steps, MANY)
+    check_count("steps", steps, MOST_ENTRIES)
     if not (is_finite(accuracy) and 0 < accuracy < 1):
         raise UsageError(f"accuracy: expected a number between 0 and 1, found {accuracy}")
 

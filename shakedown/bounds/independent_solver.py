@@ -16,7 +16,7 @@ from scipy import sparse
 from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
 from shakedown.bounds.discs.scaled_solution import scaled_discs
 from shakedown.ground.constants import CONE, FloatArray
-from shakedown.ground.errors import Missing, SolverError, UsageError, not_installed, sought
+from shakedown.ground.errors import Missing, SolverError, UsageError, attempt, not_installed
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, node_numbers, require_plane
@@ -166,7 +166,7 @@ def _unsafe(rows: DiscRows, start: ConicBound, tolerances: Tolerances) -> bool:
 def _extreme(rows: DiscRows, towards: float, solver: str | None) -> ConicBound:
     """The largest (−1) or smallest (+1) load factor; undecided where the solver does not finish."""
     scaled, size, name = scaled_discs(rows, towards), rows.half_spaces.n, solver or "CLARABEL"
-    found = sought(solve_conic, scaled.program, solver)
+    found = attempt(solve_conic, scaled.program, solver)
     if isinstance(found, Missing):
         return _nothing(Status.UNDECIDED, size, name)
     status, x, reduced = found

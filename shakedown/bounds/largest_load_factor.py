@@ -26,7 +26,7 @@ from shakedown.bounds.discs.scaled_solution import (
     solve_scaled,
 )
 from shakedown.ground.constants import ALL_PAIRS_UP_TO, ALL_SUBSETS_UP_TO, CONE, NEGLIGIBLE, FloatArray, Mask
-from shakedown.ground.errors import Missing, SolverError, UsageError, sought
+from shakedown.ground.errors import Missing, SolverError, UsageError, attempt
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import require_problem
@@ -175,7 +175,7 @@ def _solved(rows: DiscRows, towards: float, tolerances: Tolerances) -> Largest:
         if linear.optimal:
             z, carrying = linear.multipliers, (rows.node, linear.meeting[0])
         elif linear.status == Status.INFEASIBLE:
-            against = sought(contradiction, H, tolerances)
+            against = attempt(contradiction, H, tolerances)
             if isinstance(against, Missing):
                 z, missing = np.full_like(H.g, nan), (f"multipliers: {against.reason}",)
             else:
@@ -198,7 +198,7 @@ def _direction(rows: DiscRows, tolerances: Tolerances) -> FloatArray | Missing:
         return np.zeros(H.n)
     norms = np.linalg.norm(H.G, axis=1)
     cap = float(np.max(np.abs(H.d)[norms > 0] / norms[norms > 0], initial=0.0))
-    found = sought(widest, H.coefficients, norms, -H.d, cap=cap, tolerances=tolerances)
+    found = attempt(widest, H.coefficients, norms, -H.d, cap=cap, tolerances=tolerances)
     return found if isinstance(found, Missing) else found.x
 
 
@@ -206,7 +206,7 @@ def _by_exact_arithmetic(problem: Problem, rows: DiscRows, found: Largest, toler
     """The limit of a joint in the plane as exact arithmetic has it, its status included."""
     if not isinstance(found.end, Solution):
         return found
-    exact = sought(certified_upper, problem, found.end, tolerances)
+    exact = attempt(certified_upper, problem, found.end, tolerances)
     if isinstance(exact, Missing):
         return replace(found, uncertified=exact.reason, disputed=isinstance(exact, Disputed))
     proved = replace(
@@ -240,7 +240,7 @@ def _least(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> tuple[floa
     # a safe slip is safe at every smaller load factor; or v = 0 is safe under the mean load
     if balanced or (np.all(still) and np.all(H.g >= 0)) or (rows.in_plane and np.all(H.d >= 0)):
         return 0.0, ()
-    found = sought(_solved, rows, +1.0, tolerances)
+    found = attempt(_solved, rows, +1.0, tolerances)
     if isinstance(found, Missing):
         return nan, (f"λ_lo: {found.reason}",)
     return (_unless_safe_at_mean(rows, found, tolerances) if found.status == Status.OPTIMAL else nan), ()
@@ -505,7 +505,7 @@ def _visit(problem: Problem, nodes: tuple[int, ...], tolerances: Tolerances) -> 
         zone = contact_zone(problem, nodes, tolerances=tolerances)
     except UsageError:  # all nodes open, or open nodes that nothing holds
         return _Visit(nodes)
-    found = sought(largest_load_factor, zone_rows(zone), None, True, tolerances)
+    found = attempt(largest_load_factor, zone_rows(zone), None, True, tolerances)
     if isinstance(found, Missing):
         return _Visit(nodes, zone, ended=False)
     if found.status != Status.OPTIMAL:

@@ -17,7 +17,7 @@ from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
 from shakedown.bounds.discs.scaled_solution import safest, scaled_discs, solve_scaled
 from shakedown.bounds.largest_load_factor import chosen_zone, largest_load_factor, relieving
 from shakedown.ground.constants import CONE, LARGE, FloatArray
-from shakedown.ground.errors import Missing, sought
+from shakedown.ground.errors import Missing, attempt
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked
@@ -286,12 +286,12 @@ def _least_slip(zone: Zone, load_factor: float, known: FloatArray, tolerances: T
     g += within * np.maximum(np.abs(g), np.abs(H.coefficients) @ np.abs(known))
     held = replace(H, g=g, d=np.zeros_like(g))
     if rows.in_plane:
-        found = sought(_least_in_plane, held, v, tolerances)
+        found = attempt(_least_in_plane, held, v, tolerances)
     else:
         c, moved = rows.c + load_factor * rows.e, (np.abs(rows.flat) @ np.abs(known)).reshape(-1, CONE)
         c[:, 0] += within * np.maximum(np.abs(c), moved[rows.node]).max(axis=1)
         size = float(np.abs(known).max(initial=0.0)) or 1.0
-        found = sought(_least_in_space, replace(rows, c=c, half_spaces=held), v, size)
+        found = attempt(_least_in_space, replace(rows, c=c, half_spaces=held), v, size)
     if isinstance(found, Missing):
         return known
     slip = H.slips(found)

@@ -15,7 +15,7 @@ from typing import Any, Literal, NamedTuple, Union, get_args, get_origin
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.ground.constants import MANY, P, T
+from shakedown.ground.constants import MOST_ENTRIES, P, T
 from shakedown.ground.errors import ShakedownError, UsageError
 from shakedown.ground.shown_values import short
 
@@ -218,10 +218,10 @@ def _several(members: tuple[Any, ...], *, fixed: bool) -> Kind | None:
         if isinstance(value, str) and str in members:
             return value
         try:
-            found = tuple(map(each.read, islice(value, MANY + 1)))  # an iterator may have no end
+            found = tuple(map(each.read, islice(value, MOST_ENTRIES + 1)))  # an iterator may have no end
         except TypeError:
             return None
-        fits = len(found) == len(members) if fixed else len(found) <= MANY
+        fits = len(found) == len(members) if fixed else len(found) <= MOST_ENTRIES
         return found if fits and not any(item is None for item in found) else None
 
     plural = f"{each.expected.split(' ', 1)[-1]}s"

@@ -22,8 +22,8 @@ SEVEN_DIGITS = 1e-7  # accuracy of limits as they are shown, and of what finite-
 SIX_DIGITS = 1e-6  # accuracy of numbers that were printed, or known to half their digits
 FOUR_DIGITS = 1e-4  # accuracy of rough searches that are refined later, or where more takes seconds
 THREE_DIGITS = 1e-3  # clearly distinguishable from zero; a coarse search ends there
-PER_CENT = 1e-2  # an irrelevant gain or loss
-MUCH = 0.1  # relative difference of two limits from which on it is mentioned
+MINOR = 1e-2  # an irrelevant gain or loss
+NOTABLE = 0.1  # relative difference of two limits from which on it is mentioned
 SETTLED: Final = 8 * EPS  # round-off of stored data, and of an iteration that has converged
 ITERATIONS = 100  # for methods that need a few dozen; beyond this they have failed
 SWEEPS = 400  # the same for linear convergence: 0.9⁴⁰⁰ is below round-off
@@ -34,7 +34,7 @@ RESOLVED = 100.0  # ratio to its error from which on a number has a certain digi
 ALTERNATIONS = 4  # of two programs that improve each other: the last one gains 1e-4 or less
 
 
-MANY = 1_000_000  # entries of a list given, kept in memory, or followed one by one
+MOST_ENTRIES = 1_000_000  # entries of a list given, kept in memory, or followed one by one
 LARGEST_LABEL = 2**62  # label of a node; compiled code counts to twice as many
 BLOCK = 1 << 20  # bytes or numbers that are taken at one time: a few MB, a hundred where each has a matrix
 EACH_SHOWN = 4  # nodes, patches, instants, numbers of a list that are listed or drawn one by one

@@ -63,7 +63,7 @@ def found_in(where: object) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Missing:
-    """Evidence that was sought and not found, with the reason in words."""
+    """Evidence that was not found, with the reason in words."""
 
     reason: str
 
@@ -75,20 +75,20 @@ class Missing:
         """In a document it is null."""
 
 
-def sought(step: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | Missing:
-    """The result of a step of evidence; where its solver does not finish, the reason. Nothing else is caught.
+def attempt(step: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | Missing:
+    """The result of a step; where its solver does not finish, the reason. Nothing else is caught.
 
     Examples
     --------
     >>> def fails(x):
     ...     raise SolverError("the linear program ended as 'Unknown'")
-    >>> sought(abs, -3), sought(fails, -3)
+    >>> attempt(abs, -3), attempt(fails, -3)
     (3, Missing(reason="the linear program ended as 'Unknown'"))
     """
     return _caught(SolverError, step, *args, **kwargs)
 
 
-def allowed(step: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | Missing:
+def attempt_any(step: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | Missing:
     """The same where a step may also refuse its arguments, as one point among many that need not exist."""
     return _caught(ShakedownError, step, *args, **kwargs)
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.argument_kinds import check_count
-from shakedown.ground.constants import BATCH, CYCLES, MANY, FloatArray
+from shakedown.ground.constants import BATCH, CYCLES, MOST_ENTRIES, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import nodes_in_words
 from shakedown.ground.status import Outcome
@@ -201,7 +201,7 @@ def long_term_state(
     ('cyclic-slip', array([3.854489, 0.      , 0.      ]))
     """
     check_arguments(load_factor, max_cycles, problem)
-    check_count("longest_period", longest_period, MANY)
+    check_count("longest_period", longest_period, MOST_ENTRIES)
     opened, patience = tuple(open_nodes), Patience(max_cycles, longest_period)
     return settled_state(problem, load_factor, initial_slip, opened, patience, tolerances)
 
@@ -339,7 +339,7 @@ def long_term_states(
     (['cyclic-slip', 'shakedown'], [[3.854489, 0.0, 0.0], [0.0, 0.0, 0.0]])
     """
     check_arguments(load_factor, max_cycles, problem)
-    check_count("longest_period", longest_period, MANY)
+    check_count("longest_period", longest_period, MOST_ENTRIES)
     check_count("threads", threads)
     starts = checked_initial_slips(problem, initial_slips)
     patience = Patience(max_cycles, longest_period)

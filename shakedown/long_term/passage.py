@@ -13,7 +13,7 @@ from shakedown.bounds.energy.energy_ball import no_ball_holds
 from shakedown.bounds.energy.energy_bound import energy_bound
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.constants import ERROR_FACTOR, NEGLIGIBLE, FloatArray
-from shakedown.ground.errors import Missing, allowed
+from shakedown.ground.errors import Missing, attempt_any
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import OPEN, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -199,7 +199,7 @@ def bound_of_start(begun: Passage, kind: str = "energy") -> Bound | Missing:
     if key not in known:
         if kind == "energy":
             zone: dict[str, Any] = {"open_nodes": begun.open_nodes, "tolerances": begun.tolerances}
-            known[key] = allowed(energy_bound, begun.problem, begun.start, certify=False, **zone)
+            known[key] = attempt_any(energy_bound, begun.problem, begun.start, certify=False, **zone)
         elif begun.open_nodes:
             known[key] = Missing("λ_S is about all nodes closed")
         else:
@@ -221,7 +221,7 @@ def note(begun: Passage, bound: Bound) -> None:
 def proving_bound(begun: Passage) -> Bound | None:
     """λ_E of the start where it proves shakedown; not worked out where no ball is seen to hold the start."""
     asked = begun.problem, begun.load_factor, begun.start, begun.open_nodes, begun.tolerances
-    if not is_known(begun) and allowed(no_ball_holds, *asked):
+    if not is_known(begun) and attempt_any(no_ball_holds, *asked):
         return None
     bound = bound_of_start(begun)
     return bound if bound_proves(bound, begun.load_factor) else None
@@ -288,7 +288,7 @@ def bound_of_all(problem: Problem) -> float:
     """λ_max with all nodes closed, computed once; inf where unbounded, NaN where no slip is safe."""
     known = known_limits(problem)
     if "upper" not in known:
-        found = allowed(upper_bound, problem)
+        found = attempt_any(upper_bound, problem)
         known["upper"] = inf if isinstance(found, Missing) else found.load_factor
     return known["upper"]
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.bounds.registry import BOUNDS, takes_long
 from shakedown.ground.constants import FloatArray
-from shakedown.ground.errors import allowed
+from shakedown.ground.errors import attempt_any
 from shakedown.ground.status import Outcome
 from shakedown.ground.work_limit import on_one_thread
 from shakedown.joint.arguments import once_per_problem
@@ -516,5 +516,5 @@ def ball_about(
 ) -> EnergyBall | None:
     """The ball that holds a state best, with these nodes open; None where there is none, or no such zone."""
     more: dict[str, Any] = {"open_nodes": open_nodes, "split": split, "tolerances": begun.tolerances}
-    found = allowed(energy_ball, begun.problem, begun.load_factor, around=slip, transient=False, **more)
+    found = attempt_any(energy_ball, begun.problem, begun.load_factor, around=slip, transient=False, **more)
     return found if isinstance(found, EnergyBall) and found.contains(slip) else None

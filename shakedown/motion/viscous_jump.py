@@ -35,9 +35,9 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from shakedown.ground.constants import (
+    MINOR,
     NEGLIGIBLE,
     NEWTON_ROUNDS,
-    PER_CENT,
     ROUND_OFF,
     SETTLED,
     SIX_DIGITS,
@@ -131,7 +131,7 @@ def steady_slide(
         change, faster = equations.newton_step(u, speeds, missing)
         u, speeds = u + change, speeds + faster
     found = SteadySlide(u, equations.velocity(speeds))
-    near = np.abs(found.velocity - velocity).max() <= PER_CENT * np.abs(velocity).max()
+    near = np.abs(found.velocity - velocity).max() <= MINOR * np.abs(velocity).max()
     return found if near and _holds(joint, found, contact) and equations.attracts(u, speeds) else None
 
 
@@ -445,7 +445,7 @@ class Relaxation(ABC):
 
     def _slides_for_ever(self) -> bool:
         """Whether the motion tends to a rigid one that nothing ends; asked when its way has doubled."""
-        if self.moved <= self.asked_at or self.turned > PER_CENT:
+        if self.moved <= self.asked_at or self.turned > MINOR:
             return False
         self.asked_at = 2.0 * self.moved
         return steady_slide(self.joint, self.u, self.velocity, self.contact) is not None
@@ -468,7 +468,7 @@ class Relaxation(ABC):
         if not lengths.accepts(fastest * dt, fastest, motion, turn, changes):
             return False
         change = float(np.abs(velocity - self.velocity).max())
-        self.slows_down = self.steps == 0 or fastest <= (1.0 - PER_CENT) * before or fastest == 0.0
+        self.slows_down = self.steps == 0 or fastest <= (1.0 - MINOR) * before or fastest == 0.0
         self.turned = change / fastest if fastest > 0.0 else np.inf
         self.u, self.velocity, self.contact = end.u, velocity, end.contact
         self.reaction = path[1] + stiffer @ end.u

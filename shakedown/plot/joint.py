@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
 from shakedown.assessment.sensitivities import KINDS, Sensitivities
-from shakedown.ground.constants import EACH_SHOWN, PER_CENT, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import EACH_SHOWN, MINOR, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import with_unit
 from shakedown.joint.arguments import require_plane, require_problem
@@ -159,7 +159,7 @@ def sensitivity(found: Sensitivities, problem: Problem | None = None, *, ax: Axe
     """
     bar = 0.26  # height of a bar, as a fraction of the distance of two nodes
     names = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
-    nodes = found.ranked(at_least=PER_CENT)[:EACH_SHOWN]
+    nodes = found.ranked(at_least=MINOR)[:EACH_SHOWN]
     if not nodes.size:
         raise UsageError(f"found: expected a bound with derivatives, found none ({found.reason})")
     axes, places = axes_for(ax, (6.0, 0.9 + 0.7 * len(nodes))), -np.arange(len(nodes))

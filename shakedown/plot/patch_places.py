@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import PER_CENT, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import MINOR, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import with_unit
 from shakedown.ground.status import STICK
@@ -170,7 +170,7 @@ def _projected(
     away = int(np.abs(normal).argmax())
     kept = [axis for axis in range(3) if axis != away]
     frame, names = np.eye(3)[kept], ("xyz"[kept[0]], "xyz"[kept[1]])
-    if np.abs(normal[away]) < 1.0 - PER_CENT:
+    if np.abs(normal[away]) < 1.0 - MINOR:
         first = int(np.abs(normal).argmin())
         across = np.cross(normal, np.eye(3)[first])
         across /= np.linalg.norm(across)

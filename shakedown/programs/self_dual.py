@@ -10,9 +10,9 @@ from shakedown.ground.constants import (
     FOUR_DIGITS,
     ITERATIONS,
     MANY_ROWS,
+    MINOR,
     NEGLIGIBLE,
     NEWTON_ROUNDS,
-    PER_CENT,
     ROUND_OFF,
     SIX_DIGITS,
     FloatArray,
@@ -28,7 +28,7 @@ REACHED = NEGLIGIBLE / 10  # gap and residuals at which the iteration stops
 USABLE = SIX_DIGITS  # the least accuracy where round-off stops it earlier
 PATIENCE = 6  # iterations without progress after which round-off has stopped it
 REFINEMENTS = 3  # at most, of every solution of the normal equations
-STEP = 1 - PER_CENT  # share of the distance to the boundary
+STEP = 1 - MINOR  # share of the distance to the boundary
 
 
 class Point(NamedTuple):
@@ -286,7 +286,7 @@ def _newton_equations(rows: DiscProgram, scaling: Scaling) -> Newton:
     def solved(first: FloatArray, second: FloatArray) -> tuple[FloatArray, FloatArray]:
         nonlocal solve, sharp
         dx, dy, left = _refined(rows, scaling, solve, first, second)
-        enough = max(PER_CENT * float(np.linalg.norm(first)), ROUND_OFF * float(np.linalg.norm(dy)))
+        enough = max(MINOR * float(np.linalg.norm(first)), ROUND_OFF * float(np.linalg.norm(dy)))
         if sharp or rows.rank >= MANY_ROWS or left <= enough:  # of many nodes a factor costs ten steps
             return dx, dy
         solve, sharp = rows.orthogonal_factor(scaling), True

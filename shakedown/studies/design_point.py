@@ -15,8 +15,8 @@ from shakedown.assessment.every_limit import JointLimits
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.registry import BOUNDS, Claim, kinds_of
 from shakedown.ground.argument_kinds import checked
-from shakedown.ground.constants import EPS, MANY, SIX_DIGITS, THREE_DIGITS, FloatArray
-from shakedown.ground.errors import BudgetExceeded, Missing, UsageError, allowed
+from shakedown.ground.constants import EPS, MOST_ENTRIES, SIX_DIGITS, THREE_DIGITS, FloatArray
+from shakedown.ground.errors import BudgetExceeded, Missing, UsageError, attempt_any
 from shakedown.ground.shown_values import few, nodes_in_words, short, shortened, up
 from shakedown.ground.status import Guarantee, Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -272,8 +272,8 @@ def checked_variation(
     if isinstance(joint, Problem | Import) and len(vary) == 2 and meanings[0] == meanings[1] != "":
         raise UsageError(f"vary: expected each parameter once, found {meanings[0]} twice")
     values = tuple(_rising(name, given) for name, given in vary.items())
-    if (count := int(np.prod([len(v) for v in values]))) > MANY:
-        raise BudgetExceeded(f"vary: {count:,} points are more than {MANY:,}; nothing was computed")
+    if (count := int(np.prod([len(v) for v in values]))) > MOST_ENTRIES:
+        raise BudgetExceeded(f"vary: {count:,} points are more than {MOST_ENTRIES:,}; nothing was computed")
     return Variation(joint, tuple(vary)), values
 
 
@@ -348,15 +348,15 @@ def design_point(
         accuracy=THREE_DIGITS if quick else SIX_DIGITS,
         tolerances=tolerances,
     )
-    found: dict[str, Any] = {name: allowed(getattr, joint, name) for name in bounds}
+    found: dict[str, Any] = {name: attempt_any(getattr, joint, name) for name in bounds}
     found |= {name: each for name, each in vars(joint).items() if name in BOUNDS}  # what these rest on
     limits = {name: _limit(name, each) for name, each in found.items()}
     guarantee = str(found["lower"].guarantee) if found.get("lower") else ""
     opened = found["upper"].open_nodes if found.get("upper") else ()
     proofs = [kind.name for kind in kinds_of(Claim.THIS_STATE)]
-    here = allowed(getattr, joint, "proved_from_this_state") if {*bounds} & {*proofs} else nan
+    here = attempt_any(getattr, joint, "proved_from_this_state") if {*bounds} & {*proofs} else nan
     ends = [  # missing where loads are too large to follow
-        allowed(long_term_state, problem, x, initial_slip, tolerances=tolerances) for x in load_factors
+        attempt_any(long_term_state, problem, x, initial_slip, tolerances=tolerances) for x in load_factors
     ]
     if problem.q_transient is None:  # these are about closed nodes, and a transient may open some
         proofs += ["universal"] + ["lower"] * (guarantee == Guarantee.PROVED)
@@ -367,7 +367,7 @@ def design_point(
         contradictions += cycles_below(proved, found["transient"], tolerances)
     record = no_point(values, "") | {name: limits[name] for name in bounds}
     if slip_below is not None:
-        slips = allowed(joint.slip, slip_below)
+        slips = attempt_any(joint.slip, slip_below)
         known = (slips.load_factor, slips.largest) if slips else (nan, nan)
         words = ("below", "load_factor", "largest")
         record["slip_criterion"] = dict(zip(words, (slip_below, *known), strict=True))

@@ -19,8 +19,8 @@ from shakedown.assessment.every_limit import THREE_NUMBERS
 from shakedown.assessment.transient_limit import slip_limit
 from shakedown.campaign.pieces import Arrays, Progress, as_text, function_stamp, run_pieces, text_of
 from shakedown.files.atomic_write import check_table, write_table
-from shakedown.ground.constants import PER_CENT, THREE_DIGITS, FloatArray
-from shakedown.ground.errors import Missing, UsageError, sought
+from shakedown.ground.constants import MINOR, THREE_DIGITS, FloatArray
+from shakedown.ground.errors import Missing, UsageError, attempt
 from shakedown.ground.shown_values import plain, short, shortened
 from shakedown.ground.status import Outcome
 from shakedown.joint.arguments import check_load_factor, checked, is_finite, real_array, require_problem
@@ -96,7 +96,7 @@ def trend(size: FloatArray, values: FloatArray) -> Trend:
     if second == last == 0.0:
         return Trend(Tendency.FALLS)
     if before * now <= 0.0:
-        ends = abs(now) <= min(0.5 * abs(before), PER_CENT * abs(last))
+        ends = abs(now) <= min(0.5 * abs(before), MINOR * abs(last))
         return Trend(Tendency.CONVERGES, last) if ends else Trend(Tendency.UNDECIDED)
     order = _order(h, before / now)
     left = now / ((h[1] / h[2]) ** order - 1.0) if order > 0.0 else inf * now
@@ -379,5 +379,5 @@ def mesh_row(
 
 def _number(found: Assessment, name: str) -> float:
     """A limit; NaN where its program did not finish."""
-    number = sought(getattr, found, name)
+    number = attempt(getattr, found, name)
     return nan if isinstance(number, Missing) else float(number)

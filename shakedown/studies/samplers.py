@@ -12,8 +12,8 @@ from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.bounds.named_start import named_start
 from shakedown.bounds.upper import safe_slip, upper_bound
 from shakedown.ground.argument_kinds import check_count, check_seed
-from shakedown.ground.constants import CYCLES, MANY, FloatArray
-from shakedown.ground.errors import Missing, UsageError, allowed
+from shakedown.ground.constants import CYCLES, MOST_ENTRIES, FloatArray
+from shakedown.ground.errors import Missing, UsageError, attempt_any
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import is_finite, once_per_problem
 from shakedown.joint.constraints import slip_reach
@@ -98,7 +98,7 @@ class Sampling:
         if not (is_finite(self.reach) and self.reach > 0):
             raise UsageError(f"reach: expected a number > 0, found {self.reach!r}")
         check_count("max_cycles", self.max_cycles)
-        check_count("longest_period", self.longest_period, MANY)
+        check_count("longest_period", self.longest_period, MOST_ENTRIES)
         grid = self.sampler == Sampler.GRID
         read = {
             "load_factor": float(self.load_factor),
@@ -245,7 +245,7 @@ class Sampling:
 
 @once_per_problem
 def _named_states(problem: Problem) -> dict[str, FloatArray]:
-    found = {name: allowed(named_start, problem, 0.0, word) for name, word in NAMED.items()}
+    found = {name: attempt_any(named_start, problem, 0.0, word) for name, word in NAMED.items()}
     return {name: slip for name, slip in found.items() if not isinstance(slip, Missing)}
 
 

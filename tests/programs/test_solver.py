@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.ground.errors import Missing, SolverError, sought
+from shakedown.ground.errors import Missing, SolverError, attempt
 from shakedown.programs.program import Program
 from shakedown.programs.simplex import Simplex
 
@@ -37,9 +37,9 @@ def test_only_the_failure_of_a_solver_is_missing_evidence():
     def fails():
         raise SolverError("ended as 'Unknown'")
 
-    assert sought(fails) == Missing("ended as 'Unknown'")
+    assert attempt(fails) == Missing("ended as 'Unknown'")
     with pytest.raises(TypeError):
-        sought(broken)
+        attempt(broken)
 
 
 @pytest.mark.parametrize("seed", [1420, 2249, 2557, 2607])

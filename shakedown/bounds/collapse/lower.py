@@ -20,7 +20,7 @@ from shakedown.bounds.certificate import (
 from shakedown.bounds.collapse.proof_status import GuaranteeEvidence, GuaranteeStatus, guarantee_status
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.constants import ITERATIONS, NEGLIGIBLE, SETTLED, FloatArray
-from shakedown.ground.errors import Missing, sought
+from shakedown.ground.errors import Missing, attempt
 from shakedown.ground.status import Guarantee, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, require_plane
@@ -319,7 +319,7 @@ def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> 
     node = first_to_collapse(outcomes)
     found: Certificate | Missing = Missing("")
     if certify:
-        exact = sought(certified_lower, problem, outcomes, node, tolerances)
+        exact = attempt(certified_lower, problem, outcomes, node, tolerances)
         node, found = (node, exact) if isinstance(exact, Missing) else exact
     if not outcomes[node].optimal and isinstance(found, Missing):
         upper = upper_bound(problem, certify=certify, tolerances=tolerances)

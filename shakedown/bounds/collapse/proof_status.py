@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.bounds.uniqueness.coupling import Uniqueness, coupling, difference_gauge, unique_in_contact
-from shakedown.ground.errors import Missing, sought
+from shakedown.ground.errors import Missing, attempt
 from shakedown.ground.shown_values import up
 from shakedown.ground.status import Guarantee
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -169,12 +169,12 @@ class GuaranteeEvidence:
     @cached_property
     def unique(self) -> Uniqueness | Missing:
         """Whether the motion in contact is unique."""
-        return sought(unique_in_contact, self.problem, tolerances=self.tolerances)
+        return attempt(unique_in_contact, self.problem, tolerances=self.tolerances)
 
     @cached_property
     def lift_off(self) -> float | Missing:
         """Below this load factor no admissible slip lifts a node off."""
-        return sought(lift_off_bound, self.problem, tolerances=self.tolerances)
+        return attempt(lift_off_bound, self.problem, tolerances=self.tolerances)
 
 
 def guarantee_status(known: GuaranteeEvidence) -> GuaranteeStatus:

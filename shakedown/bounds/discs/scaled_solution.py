@@ -11,9 +11,9 @@ from shakedown.ground.constants import (
     CONE,
     FOUR_DIGITS,
     ITERATIONS,
-    MUCH,
     NEGLIGIBLE,
     NEWTON_ROUNDS,
+    NOTABLE,
     ROUND_OFF,
     SIX_DIGITS,
     FloatArray,
@@ -183,7 +183,7 @@ def without_mean(rows: DiscRows) -> tuple[DiscRows, FloatArray]:
     for _ in range(ITERATIONS):
         parts.append(-inverse @ rest[:, 1:].ravel())
         before, rest = rest, left(flat, mean).reshape(-1, 3)
-        if not np.abs(rest[:, 1:]).max() < MUCH * np.abs(before[:, 1:]).max():
+        if not np.abs(rest[:, 1:]).max() < NOTABLE * np.abs(before[:, 1:]).max():
             break
     near = replace(H, g=left(-H.coefficients, H.g))
     return rows.under(c=rest[rows.node] + (rows.c - mean[rows.node]), half_spaces=near), np.sum(parts, axis=0)

@@ -16,20 +16,20 @@ from shakedown.ground.constants import (
     FOUR_DIGITS,
     HALVINGS,
     ITERATIONS,
+    MINOR,
     NEGLIGIBLE,
-    PER_CENT,
     ROUND_OFF,
     SETTLED,
     SIX_DIGITS,
     FloatArray,
 )
-from shakedown.ground.errors import Missing, SolverError, sought
+from shakedown.ground.errors import Missing, SolverError, attempt
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.program import typical_size
 from shakedown.programs.self_dual import Points, SelfDualSolution, solve_discs
 
-MOST = 1 - PER_CENT  # largest f |c|: the proof needs less than 1
+MOST = 1 - MINOR  # largest f |c|: the proof needs less than 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,7 +196,7 @@ def least_load(limits: BallLimits, start: FloatArray, distance: float) -> float:
     """The smallest load factor ≥ 0 at which the same shares have a ball that holds a slip; NaN unknown."""
     about = limits_about(limits, start, distance).reversed()
     program, unit = about.load_factor_program(reverse=True), 1.0 / about.load_unit
-    end = sought(_found, limits, about, start, program, partial(_largest_load, about), unit=unit)
+    end = attempt(_found, limits, about, start, program, partial(_largest_load, about), unit=unit)
     if isinstance(end, Missing) or end.status != Status.OPTIMAL:
         return nan
     return -end.value if -end.value > ROUND_OFF else 0.0
@@ -281,7 +281,7 @@ def held_by_none(limits: BallLimits, load_factor: float, slip: FloatArray) -> bo
     def known(x: FloatArray, multipliers: FloatArray) -> bool:
         return bool(_largest_margin(about, x[: program.rank])[-1] > 0.0) or refuted(multipliers)
 
-    end = sought(solve_discs, program, FOUR_DIGITS, (), known)
+    end = attempt(solve_discs, program, FOUR_DIGITS, (), known)
     return not isinstance(end, Missing) and refuted(end.multipliers)
 
 
@@ -364,7 +364,7 @@ def _by_turns(
     found = solve(limits, ())
     if not split or not limits.own.any() or found.status == Status.UNBOUNDED:
         return found
-    half = sought(solve, limits.shared(0.5 * full_share(limits)), found.path)
+    half = attempt(solve, limits.shared(0.5 * full_share(limits)), found.path)
     if _is_solved(half):
         worse = found.status == Status.INFEASIBLE or half.status == Status.UNBOUNDED
         found = half if worse or half.value > found.value else found
@@ -373,7 +373,7 @@ def _by_turns(
             break
         at = found.value if load_factor is None else load_factor
         share = best_share(found.limits, found.slip, at, found.radius)
-        other = sought(solve, found.limits.shared(share), found.path)
+        other = attempt(solve, found.limits.shared(share), found.path)
         if not _is_solved(other):
             break
         gain = inf if other.status == Status.UNBOUNDED else other.value - found.value

@@ -31,7 +31,7 @@ from shakedown.bounds.energy.energy_ball import (
 )
 from shakedown.bounds.largest_load_factor import chosen_zone
 from shakedown.ground.constants import NEGLIGIBLE, SETTLED, THREE_DIGITS, FloatArray
-from shakedown.ground.errors import Missing, UsageError, sought
+from shakedown.ground.errors import Missing, UsageError, attempt
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, checked_initial_slip
@@ -111,7 +111,7 @@ def energy_bound(
     bound = _of_closed(zone, given, float(distance), tolerances, split=split)
     wanted = problem.n <= LOWER_CERTIFIED_UP_TO if certify is None else certify
     if wanted and bound.status == Status.OPTIMAL and not zone.open_nodes:
-        proof = sought(_certificate, zone, bound, tolerances)
+        proof = attempt(_certificate, zone, bound, tolerances)
         if isinstance(proof, Missing):
             bound = replace(bound, uncertified=proof.reason)
         else:
@@ -212,7 +212,7 @@ def _of_closed(
     check_resolved(limits, start, distance, tolerances)
 
     def largest(limits: BallLimits, *, split: bool) -> Bound:
-        found = sought(_largest, zone, limits, start, distance, tolerances, split=split)
+        found = attempt(_largest, zone, limits, start, distance, tolerances, split=split)
         if isinstance(found, Missing):
             found = no_bound(start, distance, found.reason, Status.UNDECIDED).but(share=limits.share)
         return replace(found, pinned=limits.rigid.pinned)

@@ -24,7 +24,7 @@ from shakedown.bounds.every_state.least_pressures import (
 )
 from shakedown.bounds.uniqueness.coupling import Uniqueness
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
-from shakedown.ground.errors import Missing, UsageError, present, sought
+from shakedown.ground.errors import Missing, UsageError, attempt, present
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked
@@ -333,13 +333,13 @@ def _by_least_pressures(
     tolerances: Tolerances,
 ) -> Bound:
     """The answer where least pressures are the best argument; with two directions there is no λ_1."""
-    found = sought(least_pressure_bound, problem, unique=bool(unique))
+    found = attempt(least_pressure_bound, problem, unique=bool(unique))
     if isinstance(found, Missing):
         return _undecided(nothing, f"the least pressures are missing: {found.reason}")
     nothing = nothing.but(lift_off_bound=found.lift_off_bound, pressures=found)
     jumps = not (unique or found.floats)
     if lower is None and (jumps or found.load_factor == 0.0):
-        safe = sought(safe_under_mean_load, problem, tolerances)
+        safe = attempt(safe_under_mean_load, problem, tolerances)
         if isinstance(safe, Missing):
             return _undecided(nothing, f"safe under the mean load? {safe.reason}")
         if not safe:

@@ -26,7 +26,7 @@ from shakedown.ground.constants import (
     THREE_DIGITS,
     FloatArray,
 )
-from shakedown.ground.errors import Missing, sought
+from shakedown.ground.errors import Missing, attempt
 from shakedown.ground.shown_values import plain
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.work_limit import on_one_thread
@@ -276,7 +276,7 @@ def friction_thresholds(problem: Problem, *, tolerances: Tolerances = DEFAULT) -
             anywhere = replace(contact, low=min(anywhere.low, contact.high))
     # Self-stress A v = t S φ B v, S between −1 and 1, needs a determinant that vanishes at t or below.
     safe = contact.low * stiffness.friction_unit if held(stiffness.A, stiffness.tolerances) else 0.0
-    wedging = sought(wedging_threshold, stiffness, safe)
+    wedging = attempt(wedging_threshold, stiffness, safe)
     if isinstance(wedging, Missing):  # a program of the search failed: what is known without it
         low, no_slip = safe / stiffness.friction_unit, np.full(stiffness.n, np.nan)
         wedging = Wedging(low, np.inf, no_slip, reason=wedging.reason)

@@ -4,7 +4,7 @@ from math import nan
 
 import numpy as np
 
-from shakedown.ground.constants import ERROR_FACTOR, MUCH, FloatArray
+from shakedown.ground.constants import ERROR_FACTOR, NOTABLE, FloatArray
 from shakedown.ground.status import OPEN
 from shakedown.joint.rigid_slips import free_stiffness
 from shakedown.long_term.space.followed_cycles import Decay, FollowedCycles, Period, Position, signatures
@@ -63,8 +63,8 @@ class Leaps:
         if len(apart) < self.longest_period - 1:
             return
         self.period = 1
-        if apart.size and apart[0] > MUCH * np.linalg.norm(changes[0]):
-            alike = np.flatnonzero(apart <= MUCH * apart[0])
+        if apart.size and apart[0] > NOTABLE * np.linalg.norm(changes[0]):
+            alike = np.flatnonzero(apart <= NOTABLE * apart[0])
             self.period = int(alike[0]) + 1 if alike.size else 1
 
     def try_one(self, by_slopes: bool) -> bool:

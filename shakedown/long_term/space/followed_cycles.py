@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from shakedown.ground.constants import (
     BLOCK,
     EPS,
-    MUCH,
+    MINOR,
     NEGLIGIBLE,
-    PER_CENT,
+    NOTABLE,
     RESOLVED,
     SIX_DIGITS,
     THREE_DIGITS,
@@ -208,13 +208,13 @@ class Decay:
 
         Changes of up to ``lost`` are round-off [energy norm].
         """
-        end = self._end_of_line(now, measure, LINEAR, max(PER_CENT * now.size, lost))
+        end = self._end_of_line(now, measure, LINEAR, max(MINOR * now.size, lost))
         return None if end is None else end.way
 
     def comes_to_a_cycle(self, now: Period, measure: Measure, none: float) -> bool:
         """Whether the change falls to none [energy norm], nearer to a line than a square; slip stays."""
-        least = max(PER_CENT * now.size, none)
-        return self._end_of_line(now, measure, NEARLY, least) is not None and self.slip_lasts(now, PER_CENT)
+        least = max(MINOR * now.size, none)
+        return self._end_of_line(now, measure, NEARLY, least) is not None and self.slip_lasts(now, MINOR)
 
     def _end_of_line(self, now: Period, measure: Measure, straight: float, none: float) -> End | None:
         """The end of the way, if the change falls along a line to none [energy norm]."""
@@ -234,7 +234,7 @@ class Decay:
         end = self.end(now)
         return end is not None and bool(np.abs(end.slip - now.slip).max() <= share * now.slip.max())
 
-    def slip_ends(self, now: Period, none: FloatArray, share: float = MUCH) -> bool:
+    def slip_ends(self, now: Period, none: FloatArray, share: float = NOTABLE) -> bool:
         """Whether the slip falls to nothing with the change, but for a share, and has done so on the way.
 
         At every node, as a soft one may hide a stiff one, or to what counts as none, (n,) [length].
@@ -242,7 +242,7 @@ class Decay:
         end, before = self.end(now), self.before(now, RESOLVED)
         if end is None or before is None:
             return False
-        fallen = bool(now.slip.max() <= MUCH * before.slip.max())
+        fallen = bool(now.slip.max() <= NOTABLE * before.slip.max())
         grown = now.slip > np.maximum(before.slip, THREE_DIGITS * none)  # that leads away from rest
         return fallen and bool((~grown & (np.abs(end.slip) <= np.maximum(share * now.slip, none))).all())
 
@@ -251,12 +251,12 @@ class Decay:
         end = self.end(now)
         if end is None:
             return False
-        return bool(np.linalg.norm(end.drift - now.drift) <= PER_CENT * np.linalg.norm(now.drift))
+        return bool(np.linalg.norm(end.drift - now.drift) <= MINOR * np.linalg.norm(now.drift))
 
     def drift_ends(self, now: Period) -> bool:
         """Whether the drift falls to nothing with the change."""
         end = self.end(now)
-        return end is not None and bool(np.linalg.norm(end.drift) <= PER_CENT * np.linalg.norm(now.drift))
+        return end is not None and bool(np.linalg.norm(end.drift) <= MINOR * np.linalg.norm(now.drift))
 
     def drift_left(self, now: Period) -> FloatArray:
         """The drift (r,) where the change falls to nothing; that of the period where nothing shows it."""

@@ -17,7 +17,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import EPS, MUCH, NEGLIGIBLE, PER_CENT, ROUND_OFF, THREE_DIGITS, FloatArray
+from shakedown.ground.constants import EPS, MINOR, NEGLIGIBLE, NOTABLE, ROUND_OFF, THREE_DIGITS, FloatArray
 from shakedown.long_term.space.followed_cycles import STATE_ROUND_OFF, Measure, product
 
 WORTH = 8.0  # periods that a leap must gain at least, as it costs some, and so does its preparation
@@ -501,7 +501,8 @@ class SlopeLeaps:
         now, way, change = local.size(local.change), local.size(end), local.change
         allowed, error, left = self._allowed(local.start, way, local.measure), 0.0, now
         if missed is not None:
-            strain, error = MUCH * local.size(missed) / way / allowed, MUCH * float(np.abs(missed).max())
+            strain = NOTABLE * local.size(missed) / way / allowed
+            error = NOTABLE * float(np.abs(missed).max())
         for share in TESTED if missed is None else TESTED[-1:]:
             if not strain <= 1.0:
                 return None, strain
@@ -542,7 +543,7 @@ class SlopeLeaps:
             off.append(local.size(end - before) / size)
             if not off[-1] <= self.BENT:  # what lies before misleads, unless something begins or ends to slip
                 return self._polynomial(local, periods, earlier.first(0)) if smooth else None
-            settled = off[-1] <= PER_CENT * self._allowed(local.start, size, local.measure)
+            settled = off[-1] <= MINOR * self._allowed(local.start, size, local.measure)
             if settled or off[-1] > self.SHRINKS * off[-3]:
                 break
         if not off[-1] <= self.SURE:

@@ -16,15 +16,15 @@ from shakedown.ground.constants import (
     DISTINCT,
     ERROR_FACTOR,
     FOUR_DIGITS,
+    MINOR,
     NEGLIGIBLE,
-    PER_CENT,
     RESOLVED,
     SEVEN_DIGITS,
     SIX_DIGITS,
     THREE_DIGITS,
     FloatArray,
 )
-from shakedown.ground.errors import Missing, allowed
+from shakedown.ground.errors import Missing, attempt_any
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words, short
 from shakedown.ground.status import OPEN, Outcome
 from shakedown.ground.tolerances import Tolerances
@@ -208,7 +208,7 @@ class SteadySearch:
             return None
         decay, now = self.leaps.decays[0], cycles.last(1)
         lost = STATE_ROUND_OFF * self.measure.terms(now.state)
-        near = now.size <= lost and self._share_left(decay.to_come(now, self.measure, lost)) <= PER_CENT
+        near = now.size <= lost and self._share_left(decay.to_come(now, self.measure, lost)) <= MINOR
         return self._slip_fades() if near and decay.slip_ends(now, self.none, 0.0) else None
 
     def _slip_fades(self) -> LongTermState:
@@ -437,7 +437,7 @@ def proof_from_every_state(begun: Passage) -> str:
 @once_per_problem
 def _every_state(problem: Problem) -> tuple[float, float]:
     """λ_U, and up to which load factor no admissible slip opens a node; 0 where they come to no end."""
-    found = allowed(universal_bound, problem)
+    found = attempt_any(universal_bound, problem)
     return (0.0, 0.0) if isinstance(found, Missing) else (found.load_factor, found.lift_off_bound)
 
 

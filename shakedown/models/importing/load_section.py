@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from shakedown.ground.constants import DIRECTIONS, MANY, PER_CENT, SIX_DIGITS, FloatArray, IntArray
+from shakedown.ground.constants import DIRECTIONS, MINOR, MOST_ENTRIES, SIX_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.models.condensation.condense import Condensation
 from shakedown.models.condensation.load_case import LoadCase
@@ -72,9 +72,9 @@ def time_function(table: TomlTable, steps: int | None, files: InputFiles) -> Fac
 
 def _steps(table: TomlTable, steps: int | None) -> FloatArray:
     """t = k/m at the load steps."""
-    if steps is None or not 1 <= steps <= MANY:
+    if steps is None or not 1 <= steps <= MOST_ENTRIES:
         found = "none" if steps is None else steps
-        raise table.unfit(f"'steps' from 1 to {MANY} at the top of the file", found)
+        raise table.unfit(f"'steps' from 1 to {MOST_ENTRIES} at the top of the file", found)
     return np.arange(steps) / steps
 
 
@@ -95,7 +95,7 @@ def _harmonics(table: TomlTable, t: FloatArray) -> Factors:
         return total
 
     highest = max((order for order, *parts in terms if any(parts)), default=0)
-    fine = np.linspace(0.0, 1.0, DIRECTIONS * min(highest, MANY // DIRECTIONS) + 1)
+    fine = np.linspace(0.0, 1.0, DIRECTIONS * min(highest, MOST_ENTRIES // DIRECTIONS) + 1)
     return _checked(at(t), at(fine))
 
 
@@ -103,7 +103,7 @@ def _checked(sampled: FloatArray, peaks: FloatArray) -> Factors:
     """Factors, and a doubt where the function goes further at its ``peaks``, between the load steps."""
     low, high = peaks.min(), peaks.max()
     share = max(high - sampled.max(), sampled.min() - low) / (high - low) if high > low else 0.0
-    if share <= PER_CENT:
+    if share <= MINOR:
         return sampled, ()
     return sampled, (
         f"its {len(sampled)} load step(s) miss {100 * share:.3g} % of its range: it lies between "

@@ -14,8 +14,8 @@ from shakedown import __version__
 from shakedown.ground.constants import (
     BLOCK,
     FOUR_DIGITS,
-    MUCH,
     NEGLIGIBLE,
+    NOTABLE,
     RESOLVED,
     SIX_DIGITS,
     THREE_DIGITS,
@@ -500,7 +500,7 @@ def _resisting(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) -> I
     most = max(FOUR_DIGITS, RESOLVED * (stiffness.accuracy or 0.0))
     nodes, resisting = (set(stiffness.dofs[rows, 0].tolist()) for rows in (inside, inside & (met > most)))
     if resisting:
-        far = len(resisting) > MUCH * len(nodes)
+        far = len(resisting) > NOTABLE * len(nodes)
         yield (
             f"rigid motions of the deck's nodes meet resistance at {len(resisting)} of {len(nodes)} nodes "
             f"inside the model, most at {stiffness.dofs[np.argmax(met * inside), 0]}: "

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from shakedown.ground.constants import PER_CENT, FloatArray, IntArray
+from shakedown.ground.constants import MINOR, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.joint.problem import COARSEST
 from shakedown.models.importing.contact_section import ContactSection
@@ -50,7 +50,7 @@ def _circumference(mesh: Mesh, format: str, scale: float | None, where: str) -> 
             "1 else"
         )
         raise unfit(f"{where}: key 'scale'", expected, "none")
-    if factor == 180 and scale is not None and abs(scale / factor - 1) < PER_CENT:
+    if factor == 180 and scale is not None and abs(scale / factor - 1) < MINOR:
         raise ProblemError(
             f"{where}: key 'scale': expected no factor for the circumference, which is taken from the deck "
             f"({factor:g}), found {scale:g}; leave it out"

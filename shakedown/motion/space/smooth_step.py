@@ -14,7 +14,7 @@ That holds at the apex, too, where a reaction vanishes. The others' directions f
 
 import numpy as np
 
-from shakedown.ground.constants import MUCH, NEWTON_ROUNDS, PER_CENT, FloatArray
+from shakedown.ground.constants import MINOR, NEWTON_ROUNDS, NOTABLE, FloatArray
 from shakedown.ground.named_state import inner, summing
 from shakedown.motion.course import Course
 from shakedown.motion.space.space_run import (
@@ -136,7 +136,7 @@ def return_to_cones(course: Course, mo: SpaceMotion, sp: Slipping, st: Step, h: 
             worst = max(worst, abs(left))
         if worst <= course.force:
             break
-        if last < np.inf and worst > MUCH * last:  # the directions are to be renewed
+        if last < np.inf and worst > NOTABLE * last:  # the directions are to be renewed
             find_directions(course, mo, sp, q)
             find_matrix(sp, sp.M)
             if factor(sp, s) <= 0:
@@ -366,7 +366,7 @@ def solve_stages(run: SpaceRun, h: float, allowed: float, count: int) -> bool:
                 return False
             change = max(change, h * moved)
             derivatives(sp, st, m, count)
-        if change <= PER_CENT * allowed:  # of the error of a slip
+        if change <= MINOR * allowed:  # of the error of a slip
             return True
         if turn > 3 and not change < last:
             return False

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.constants import (
+    MINOR,
     NEWTON_ROUNDS,
-    PER_CENT,
     ROUND_OFF,
     SIX_DIGITS,
     THREE_DIGITS,
@@ -199,7 +199,7 @@ class SpaceEvents(EventMethod):
         """
         t, moving = self.tolerances, swing(self.problem, later[1:])
         force = max(scale.force, float((np.abs(self.kappa) @ np.abs(start)).max()))
-        near = max(PER_CENT * t.path * scale.force, t.limit * force)
+        near = max(MINOR * t.path * scale.force, t.limit * force)
         small = min(moving / scale.force, 1.0) if moving else 1.0  # small motions cost no more
         self.scale, self.accuracy = scale, max(t.path * small, ROUND_OFF)
         zero = t.limit * force, t.limit * scale.length, 10.0 * t.rate
@@ -262,7 +262,7 @@ class SpaceEvents(EventMethod):
         # instants of a cycle passed by implicit steps
         if self._passed == 10 or not (at_apex & (self.contact != OPEN)).any():
             return False
-        allowed, share = self.accuracy * self.scale.length, PER_CENT * rest
+        allowed, share = self.accuracy * self.scale.length, MINOR * rest
         # lengths of such steps that are tried
         for _ in range(8):
             # so many sweeps over the nodes: a step that takes more is too long
@@ -275,7 +275,7 @@ class SpaceEvents(EventMethod):
                 for step in steps:
                     self._pass(0.5 * share, step, 1.0, EventKind.CURVES)
                 return True
-            share *= max(PER_CENT, min(0.5, 0.5 * np.sqrt(allowed / uneven)))
+            share *= max(MINOR, min(0.5, 0.5 * np.sqrt(allowed / uneven)))
         return False
 
     def _implicit_steps(self, loads: FloatArray, most: int) -> list[StepEnd]:
