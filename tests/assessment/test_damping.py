@@ -115,11 +115,16 @@ def test_a_force_that_never_rests_is_measured_from_zero():
 
 
 @pytest.mark.parametrize(
-    ("unit", "displacement", "stiffness"),
-    [("N m", "N mm/(N m)", "N m/(N mm/(N m))"), ("mm", "N", "mm/N"), ("", "N mm per unit of load", "")],
+    ("unit", "amplitude", "displacement", "stiffness"),
+    [
+        ("N m", 3.0, "N mm/(N m)", "N m/(N mm/(N m))"),
+        ("mm", 3.0, "N", "mm/N"),
+        ("cm", 0.3, "N", "mm/N"),
+        ("", 3.0, "N mm per unit of load", ""),
+    ],
 )
-def test_what_is_no_force_moves_by_work_per_unit(unit, displacement, stiffness):
-    curve = damping(stated(1.0, unit, 3.0), [1.0])
+def test_what_is_no_force_moves_by_work_per_unit(unit, amplitude, displacement, stiffness):
+    curve = damping(stated(1.0, unit, amplitude), [1.0])
     assert (curve.units["displacement"], curve.units["secant_stiffness"]) == (displacement, stiffness)
     assert curve.displacement == pytest.approx(S * 3.0 + (3.0 - LIMIT) / K)
 

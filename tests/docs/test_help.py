@@ -19,7 +19,7 @@ MADE = {  # what users construct
     "Problem": shakedown.Problem,
     "LoadCase": shakedown.LoadCase,
     "Tolerances": shakedown.Tolerances,
-    **{name: thing for name, thing in vars(fem).items() if inspect.isclass(thing)},
+    **{name: vars(fem)[name] for name in sorted(vars(fem)) if inspect.isclass(vars(fem)[name])},
 }
 INTERNAL = ("_typing", "numpy.ndarray", "Union[", "ForwardRef")
 

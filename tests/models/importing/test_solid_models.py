@@ -169,6 +169,13 @@ def test_nodes_in_a_transform_are_the_same_joint(folder, made, tmp_path):
         imported("own.dat")
     text = (tmp_path / "job.inp").read_text()
     (tmp_path / "job.inp").write_text(text.replace("*STEP", f"{TRANSFORMS}*STEP"))
+    (tmp_path / "other.mtx").write_text(
+        writers.abaqus_matrix(made.stiffness.K.toarray(), made.stiffness.dofs.tolist())
+    )
+    other = configuration(tmp_path, name="other.toml")
+    other.write_text(other.read_text().replace('"job.sti"', '"other.mtx"'))
+    with pytest.raises(ProblemError, match=r"expected contact nodes with rows along x, y, z"):
+        import_model(other)
     for file in ("model.dat", "own.dat"):
         turned = imported(file).problem
         np.testing.assert_array_equal(turned.kappa, made.problem.kappa)
