@@ -13,6 +13,7 @@ from shakedown import Outcome, Problem
 from shakedown.joint.rigid_slips import can_creep
 from shakedown.long_term.creep_proofs import sliding_bodies
 from shakedown.motion.evolution import Evolution
+from shakedown.report.limit_facts import limit_sections
 
 # Counter-examples: each shows that a condition of a theorem is needed.
 WINDOW = Problem(  # creeps, and above that does not
@@ -227,6 +228,18 @@ def test_the_ring_of_a_bearing():
     assert body.wedge_bounds == pytest.approx([0.478545] * 2, rel=1e-5)
     low, high = shakedown.long_term_state(ring, 0.7).drift_bounds
     assert -1e-12 < low <= high < 1e-12
+
+
+def test_the_text_says_where_slip_without_creep_is_proved():
+    found = shakedown.assess(drawn(7))
+    (fact,) = [
+        fact
+        for section in limit_sections(found, simulated=True)
+        for fact in section.facts
+        if fact.label == "slips without creep"
+    ]
+    assert fact.value == "λ = 0.4645 to 0.609"
+    assert found.impossible_above < 0.4645 < 0.609 <= found.details.creep.proved
 
 
 @pytest.mark.parametrize("seed", [3, 5, 6])
