@@ -95,9 +95,9 @@ def drawn_joint(rng: np.random.Generator, kind: str) -> Problem:
 
 
 def drawn_ring(rng: np.random.Generator) -> Problem:
-    """A bearing ring of 16 to 48 contact nodes, of some interference, friction and load steps."""
+    """A bearing ring of 32 to 48 contact nodes, of some interference, friction and load steps."""
     return bearing_ring(
-        int(rng.choice([8, 16, 24])),
+        int(rng.choice([16, 20, 24])),
         interference=float(rng.choice([1e-3, 2e-3, 4e-3])),
         f=float(rng.uniform(0.1, 0.3)),
         steps=int(rng.choice([8, 16, 24])),
@@ -207,7 +207,7 @@ def enclosed(
     first, *others = begun(rng, body, 1 + starts)
     path = evolve(joint, load_factor, first, cycles=2).history
     low, high = body.drift_enclosure(path.rows(path.cycle >= 1.0))
-    if np.isnan(low):
+    if np.isnan(low) or path.cycle[-1] < 2.0:
         return False
     for start in others:
         state = shakedown.long_term_state(joint, load_factor, start)
