@@ -20,6 +20,7 @@ STUDIES: tuple[str, ...] = (
     "bounds",
     "calculix_contact",
     "classical_contacts",
+    "creep",
     "damping",
     "energy_bounds",
     "enumeration",

@@ -289,7 +289,7 @@ class _Search:
                 if len(state.history) and not is_creeping(state) and not state.opened.any():
                     back = steps_back(body, side, state.history)
                     end = body.interval_proved(side, back, (1.0 - SIX_DIGITS) * end, goal)
-            ends.append(end)
+            ends.append(max(end, body.wedge_bounds[side]))
         return min(ends)
 
     def _force_to_creep(self, seen: float) -> tuple[float, float]:

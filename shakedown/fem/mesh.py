@@ -121,12 +121,10 @@ def ring_mesh(inside: float, outside: float, around: int, through: int) -> MeshQ
     row, here = around * np.arange(through)[:, None], np.arange(around)
     first, second = row + here, row + (here + 1) % around
     corners = np.array([first.ravel(), first.ravel() + around, second.ravel() + around, second.ravel()])
-    return MeshQuad(points, corners).with_boundaries(
-        {
-            "inside": lambda x: np.hypot(*x) < 0.5 * (inside + outside),
-            "outside": lambda x: np.hypot(*x) > 0.5 * (inside + outside),
-        }
-    )
+    mesh = MeshQuad(points, corners)
+    facets = mesh.boundary_facets()
+    inner = (mesh.facets[:, facets] < around).all(axis=0)
+    return mesh.with_boundaries({"inside": facets[inner], "outside": facets[~inner]})
 
 
 def _block(kind: type[Mesh], sides: Sequence[float], elements: Sequence[int], place: Sequence[float]) -> Mesh:

@@ -206,8 +206,8 @@ class SlidingBody:
         # the worst corner of the box for the upper end of node i by M[0], for its lower end by −M[1]
         rows, own = list[FloatArray](), np.eye(n, dtype=bool)
         for M, upper in ((self.M[0], True), (self.M[1], False)):
-            positive, negative = np.where(M > 0, M, 0.0), np.where(M < 0, M, 0.0)
-            near, far = np.where(own, 0.0, positive), negative + np.where(own, M, 0.0)
+            far = np.where(own | (M < 0), M, 0.0)
+            near = M - far
             # forward: Σ_far M u + Σ_near M l ≥ −h; backward: Σ_far M l + Σ_near M u ≤ h
             rows.append(np.hstack([-near, -far]) if upper else np.hstack([far, near]))
         # the loop in any order, and the ramp from no reactions to the first load step under its pressures

@@ -5,13 +5,13 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.ground.constants import BATCH, DISTINCT, RESOLVED, FloatArray
+from shakedown.ground.constants import BATCH, DISTINCT, NEGLIGIBLE, RESOLVED, FloatArray
 from shakedown.ground.shown_values import count, cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
-from shakedown.joint.rigid_slips import can_drift
+from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.plane.period_map import limit, period_map
 from shakedown.long_term.plane.phase_loop import Instruction, Verdict, settle, tell
@@ -150,16 +150,30 @@ class LimitSearch:
                 self._give_way(status)
 
     def _give_limit(self) -> None:
-        """The limit of an affine map that drifts, or nearly so."""
-        affine = self.compiled.map
-        k = affine.k
-        change, drift, contraction = limit(affine.power.ravel()[: k * k].reshape(k, k), affine.change[:k])
-        decaying = contraction < 1.0
-        if not can_drift(self.evolution.problem):  # otherwise what does not decay is merely too slow to tell
-            of_nodes = self.compiled.weight[affine.stuck[affine.moves[:k]]]
-            decaying = decaying and bool(np.all(of_nodes * np.abs(drift) <= self.compiled.check.near))
-            drift = np.zeros_like(drift)
-        affine.limit[:k], affine.drift[:k] = change, drift
+        """The limit of an affine map that drifts, or nearly so; only a rigid slip can drift for ever.
+
+        The map leaves rigid slips as they are. That is said beforehand: where a body is hardly held within
+        the period, the map knows it to few digits.
+        """
+        affine, layout = self.compiled.map, self.evolution.problem.layout
+        k, stuck = affine.k, affine.stuck[: affine.t]
+        J, d, moving = affine.power.ravel()[: k * k].reshape(k, k), affine.change[:k], affine.moves[:k]
+        motions = rigid_slips(self.evolution.problem).motions
+        sizes, turn = np.linalg.svd(motions[np.delete(stuck, moving)])[1:]
+        motions = motions @ turn[np.count_nonzero(sizes > NEGLIGIBLE * np.abs(motions).max(initial=0.0)) :].T
+        Z = np.linalg.qr(motions[stuck[moving]])[0]
+        rest = np.eye(k) - Z @ Z.T
+        deflated = rest @ J @ rest
+        change, slow, contraction = limit(deflated, rest @ d)
+        drift = motions @ np.linalg.lstsq(motions[stuck[moving]], d + J @ change)[0]
+        # less the rigid slip that Jⁱ · change tends to
+        change -= Z @ (Z.T + np.linalg.lstsq(np.eye(k) - deflated.T, rest @ J.T @ Z)[0].T) @ change
+        # what else does not decay is merely too slow to tell
+        still = self.compiled.weight[stuck[moving]] * np.abs(slow) <= self.compiled.check.near
+        decaying = contraction < 1.0 and bool(still.all())
+        affine.limit[:k], affine.drift[:k] = change, drift[stuck[moving]]
+        self.compiled.drift[:] = 0.0
+        self.compiled.drift[layout.slips] = drift
         tell(self.compiled, Instruction.LIMIT_FOUND, float(decaying), contraction)
 
     def _give_up(self) -> None:

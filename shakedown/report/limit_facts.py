@@ -282,6 +282,7 @@ def limit_sections(found: Assessment, digits: int = FEW_DIGITS, *, simulated: bo
     """Every limit with what it ends at; thresholds and loads; the safe slip node by node."""
     limits, problem = found.details, found.problem
     about = [data_facts.load_path(problem), *_reservations(limits), *_through_transient(limits)]
+    about += [*_without_creep(limits)] * simulated
     about += [*data_facts.relative_to(problem, limits.pinned), *friction_facts(limits)]
     texts = [notes.computed] + [notes.no_sides] * bool(limits.absent)
     if problem.initial_slip is not None and not np.nan_to_num(limits.energy.initial_slip).any():
@@ -319,6 +320,14 @@ def _through_transient(limits: JointLimits) -> list[Fact]:
     none = before.status == Status.INFEASIBLE
     at = "none" if none else f"up to λ = {number(before.load_factor, rounding='down')}"
     return [Fact("safe in the transient", at, note="slip that the transient load steps do not move either")]
+
+
+def _without_creep(limits: JointLimits) -> Iterator[Fact]:
+    """The load factors at which it does not come to rest, and creep is proved to be impossible."""
+    creep, upper = present(limits.creep), limits.upper.load_factor
+    if creep and upper < creep.proved < inf:
+        ends = number(upper, rounding="up"), number(creep.proved, rounding="down")
+        yield Fact("slips without creep", f"λ = {ends[0]} to {ends[1]}", note=notes.without_creep)
 
 
 def limits_table(limits: JointLimits, digits: int = FEW_DIGITS, *, simulated: bool) -> Table:

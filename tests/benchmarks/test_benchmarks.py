@@ -22,6 +22,7 @@ PEERS = {
 # The fewest cases from which a study can print and draw; the first case alone where nothing is said here.
 FEWEST = {
     "bounds": [{"n": 10}],
+    "creep": [{"kind": "uncoupled"}, {"kind": "steps"}],
     "damping": [{"part": "row"}],
     "enumeration": [{"n": 6}],
     "evolution": [{"scene": "two-node", "method": "gauss-seidel", "parts": 1}],

@@ -63,3 +63,9 @@ def test_an_inner_ring_is_pressed_inwards_and_what_is_no_raceway_is_refused():
         contact_problem(replace(body, loads=[above]), "inside", 0.1)
     with pytest.raises(ProblemError, match="radii 0 < inside < outside"):
         ring_mesh(40.0, 35.0, 24, 2)
+
+
+@pytest.mark.parametrize("around", [3, 8])
+def test_a_coarse_ring_has_both_boundaries(around):
+    boundaries = ring_mesh(35.0, 40.0, around, 2).boundaries
+    assert {name: len(facets) for name, facets in boundaries.items()} == {"inside": around, "outside": around}

@@ -7,8 +7,13 @@ import numpy as np
 import pytest
 
 import shakedown
+from benchmarks.bodies.bearing_ring import bearing_ring
+from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from shakedown import Outcome, Problem
+from shakedown.joint.rigid_slips import can_creep
 from shakedown.long_term.creep_proofs import sliding_bodies
+from shakedown.motion.evolution import Evolution
+from shakedown.report.limit_facts import limit_sections
 
 # Counter-examples: each shows that a condition of a theorem is needed.
 WINDOW = Problem(  # creeps, and above that does not
@@ -34,6 +39,34 @@ ONE_WAY = Problem(  # irreducible both ways, but not every mixture of rows is
     f=1.0,
     q_w=np.outer([2.0, 0.0, -2.0, 0.0], [1.0, -1.0, 0.0]),
     p_w=np.ones((4, 3)),
+)
+TURNING = Problem(  # creeps one way, and at larger loads the other way
+    A=[[1.0, -1.0], [-1.0, 1.0]],
+    B=np.zeros((2, 2)),
+    f=1.0,
+    q_w=[[2, 0], [-2, 1], [0, 1], [1, -2]],
+    p_w=[[2, 4], [3, 4], [2, 2], [3, 3]],
+    q_mean=[0.0, 0.0],
+    p_mean=[2.0, 3.0],
+)
+TWO_ENDS = Problem(  # strongly coupled to a third node: whether it creeps depends on the start
+    A=[[1.0, 0.1, -1.1], [0.1, 1.0, -1.1], [-1.1, -1.1, 2.2]],
+    B=[[-1.22, -1.77, 2.99], [0.75, -0.88, 0.13], [0.0, 0.0, 0.0]],
+    f=0.5,
+    q_w=[
+        [0.99, 0, -1], [0, 0, -1], [-1.25, 0, -1], [0, 0, -1], [0, -2.44, -1], [0, 0, -1],
+        [1.38, 0, -1], [0, 0, -1], [-1.2, 0, -1], [0, 0, -1], [0, 1.07, -1], [0, 0, -1],
+        [1.14, 0, -1], [0, 0, -1], [-1.18, 0, -1], [0, 0, -1], [0, -2.32, -1], [0, 0, -1],
+        [1.86, 0, -1], [0, 0, -1], [-1.39, 0, -1], [0, 0, -1], [0, 0.74, -1], [0, 0, -1],
+    ],
+    p_w=np.tile([4.0, 4.0, 3.885], (24, 1)),
+)  # fmt: skip
+PUSHED_ON = Problem(  # slip of the first node lowers its own limit by more than it relieves the node
+    A=[[1.0, -1.0], [-1.0, 1.0]],
+    B=[[-3.0, 3.0], [0.0, 0.0]],
+    f=0.5,
+    q_w=[[1.0, 0.0], [-1.0, 0.0]],
+    p_w=[[4.0, 9.0], [4.0, 9.0]],
 )
 
 
@@ -70,6 +103,16 @@ def test_a_joint_that_is_held_never_creeps():
     assert sliding_bodies(shakedown.example("three-node")) == ()
 
 
+@pytest.mark.parametrize("series", [drawn_joint, drawn_joint_in_space])
+def test_a_joint_without_rigid_slip_has_no_creep_limit(series):
+    joints = [joint for joint in (series(3, number) for number in range(40)) if not can_creep(joint)]
+    assert len(joints) > 20
+    for joint in joints:
+        limit = shakedown.creep_limit(joint)
+        assert limit.status == "unbounded"
+        assert limit.load_factor == limit.proved == np.inf
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_nothing_creeps_below_the_wedge_bound(seed):
     joint, rng = drawn(seed, coupled=seed % 3 > 0), np.random.default_rng(seed)
@@ -104,6 +147,43 @@ def test_drift_may_vanish_above_the_least_load_factor_that_creeps():
     assert np.abs(shakedown.long_term_state(WINDOW, 3.0).drift).max() == pytest.approx(0.5)
 
 
+def test_drift_may_change_its_sign_with_the_load_factor():
+    one, none, other = (shakedown.long_term_state(TURNING, x).drift[0] for x in (1.4, 1.2, 1.8))
+    assert [one, none, other] == pytest.approx([-0.4, 0.0, 0.4])
+
+
+def test_with_strong_coupling_drift_depends_on_the_start():
+    (body,) = sliding_bodies(TWO_ENDS)
+    assert not any(body.monotone)
+    at_rest, creeping = (
+        shakedown.long_term_state(TWO_ENDS, 1.0, start) for start in ([-0.13, 0.71, 0.0], [-0.27, 0.64, 0.0])
+    )
+    assert at_rest.outcome == Outcome.CYCLIC_SLIP
+    assert creeping.drift == pytest.approx([0.01455] * 3, rel=1e-3)
+
+
+@pytest.mark.parametrize("n", [3, 6])
+def test_equal_nodes_under_a_travelling_wave_slip_as_soon_as_they_may_creep(n):
+    """Every node meets every load: the sums of λ_w are n times those of one node."""
+    m, rng = 2 * n, np.random.default_rng(n)
+    q, p = rng.normal(size=m), 4.0 + 0.5 * rng.normal(size=m)
+    shifted = (np.arange(m)[:, None] + 2 * np.arange(n)) % m
+    springs = np.eye(n, k=1) + np.eye(n, k=-1)
+    joint = Problem(
+        A=np.diag(springs.sum(axis=1)) - springs,
+        B=np.zeros((n, n)),
+        f=0.5,
+        q_w=q[shifted],
+        p_w=p[shifted],
+        q_mean=np.zeros(n),
+        p_mean=np.full(n, 4.0),
+    )
+    (body,) = sliding_bodies(joint)
+    one = 2.0 / max((-0.5 * (p - 4.0) - q).max(), (-0.5 * (p - 4.0) + q).max())
+    assert min(body.wedge_bounds) == pytest.approx(one)
+    assert shakedown.upper_bound(joint).load_factor == pytest.approx(one)
+
+
 def test_one_cycle_encloses_the_drift_only_if_all_mixtures_are_irreducible():
     (body,) = sliding_bodies(ONE_WAY)
     assert all(body.monotone)
@@ -130,6 +210,16 @@ def test_one_cycle_encloses_the_drift_from_every_state(seed):
                 assert low - 1e-9 <= drift.min() <= drift.max() <= high + 1e-9
 
 
+def test_a_ring_with_clearance_goes_on_as_its_cycles_do():
+    """Almost all nodes slip at once, so that the map of a period knows to ten digits what is rigid."""
+    ring = bearing_ring(interference=-5e-3)
+    state, motion = shakedown.long_term_state(ring, 3.0), Evolution(ring, 3.0)
+    assert state.outcome == Outcome.RATCHETTING
+    assert state.cycles_simulated < 30
+    *_, before, last = [motion.cycle().end_slip for _ in range(12)]
+    assert state.drift == pytest.approx(last - before, rel=1e-9)
+
+
 def test_the_ring_of_a_bearing():
     ring = shakedown.example("bearing-ring")
     (body,) = sliding_bodies(ring)
@@ -138,6 +228,18 @@ def test_the_ring_of_a_bearing():
     assert body.wedge_bounds == pytest.approx([0.478545] * 2, rel=1e-5)
     low, high = shakedown.long_term_state(ring, 0.7).drift_bounds
     assert -1e-12 < low <= high < 1e-12
+
+
+def test_the_text_says_where_slip_without_creep_is_proved():
+    found = shakedown.assess(drawn(7))
+    (fact,) = [
+        fact
+        for section in limit_sections(found, simulated=True)
+        for fact in section.facts
+        if fact.label == "slips without creep"
+    ]
+    assert fact.value == "λ = 0.4645 to 0.609"
+    assert found.impossible_above < 0.4645 < 0.609 <= found.details.creep.proved
 
 
 @pytest.mark.parametrize("seed", [3, 5, 6])
@@ -198,3 +300,13 @@ def test_a_node_is_held_below_the_bound_of_this_state():
         assert (np.ptp(path.v, axis=0) <= 1e-12).any()
         assert (box[0] - 1e-9 <= path.v).all()
         assert (path.v <= box[1] + 1e-9).all()
+
+
+def test_a_rigid_slip_of_the_start_moves_the_box_of_a_held_node_with_it():
+    """Of a node that jumps, too: slip lowers its limit by more than it relieves the node."""
+    (body,) = sliding_bodies(PUSHED_ON)
+    assert body.M[0, 0, 0] < 0
+    held, box = body.held_bound(np.array([0.2, 0.1]))
+    moved, there = body.held_bound(np.array([5.2, 5.1]))
+    assert moved == pytest.approx(held)
+    assert there == pytest.approx(box + 5.0)

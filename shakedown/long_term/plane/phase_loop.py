@@ -8,7 +8,6 @@ from shakedown.ground.constants import FloatArray
 from shakedown.ground.named_state import call_at, entered, inner
 from shakedown.ground.status import BACKWARD_SLIP, STICK
 from shakedown.long_term.plane.period_map import (
-    along_basis,
     begin_map,
     displace,
     distance_to_limit,
@@ -18,7 +17,7 @@ from shakedown.long_term.plane.period_map import (
 )
 from shakedown.long_term.plane.search import Settler, begin_check, broken_law, check_rows, end_check
 from shakedown.motion.course import EFFORT, End
-from shakedown.motion.plane.active_set import add_product, factorize, larger, largest
+from shakedown.motion.plane.active_set import add_product, factorize, larger
 from shakedown.motion.plane.moving_state import PlaneRun, begin
 
 Phase = IntEnum("Phase", "START WALK MAP LEAP CONFIRM REPEATS LIMIT NEXT_LEAP LEAVE", start=0)
@@ -121,7 +120,9 @@ def choose_phase(se: Settler) -> None:
     """Go to the next phase, where no cycle has to be followed first."""
     if se.phase == Phase.REPEATS:
         look_for_repeats(se)
-    elif se.phase == Phase.LIMIT:
+    elif se.phase == Phase.LIMIT:  # without drift
+        for j in range(2 * se.first.active.n):
+            se.drift[j] = 0.0
         begin_leaps(se)
     elif se.phase == Phase.NEXT_LEAP:
         next_leap(se)
@@ -371,17 +372,9 @@ def after_map(se: Settler) -> None:
 
 @inner
 def begin_leaps(se: Settler) -> None:
-    """Before the limit the leaps towards it; a drift that changes reactions cannot last."""
-    act, pm, m = se.first.active, se.map, 2 * se.first.active.n
-    for j in range(m):
-        se.drift[j], se.force[j] = along_basis(pm, pm.drift, j), 0.0
-    add_product(act, se.drift, se.force)
-    if not largest(se.force, m) <= 1e-3 * se.check.near * se.stiffness:
-        pm.decaying = False  # there is no limit
-    for j in range(act.n, m):
-        se.drift[j] = 0.0  # gaps cannot grow for ever
-    for i in range(act.n):
-        se.contact[i] = pm.contact[i]
+    """Before the limit the leaps towards it."""
+    for i in range(se.first.active.n):
+        se.contact[i] = se.map.contact[i]
     se.leap, se.leaps, se.phase = 1.0, 0, Phase.NEXT_LEAP
 
 
