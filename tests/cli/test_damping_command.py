@@ -84,7 +84,7 @@ def test_units_stand_above_the_table_and_in_the_files(joint, tmp_path):
         "amplitude,force [N],displacement [mm],dissipation [N mm],secant_stiffness [N/mm]"
     )
     out = run("damping", joint[0], "--amplitudes", "1,2")[1]
-    said = "displacement N mm per unit of load stiffness: not said by the problem"
+    said = "displacement N mm per unit of load stiffness: not in the problem"
     assert said in " ".join(out.split())
     load_loops(known, long_term_state(known, 2.0)).save(tmp_path / "loop.csv", known)
     (row, *_) = csv.DictReader((tmp_path / "loop.csv").read_text().splitlines())

@@ -122,7 +122,8 @@ def _multipliers(A: FloatArray, fB: FloatArray) -> tuple[FloatArray, NDArray[np.
             settled = np.abs(s - before).max(axis=0) <= SETTLED * np.maximum(np.abs(s).max(axis=0), 1.0)
             if settled.all():
                 break
-    return s, settled
+    settled &= np.isfinite(s).all(axis=0)  # growth without bound is none
+    return np.where(settled, s, 0.0), settled
 
 
 def _limits(rows: Constraints, y: FloatArray, s: FloatArray, known: NDArray[np.bool_]) -> CollapseLimits:
