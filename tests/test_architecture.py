@@ -55,6 +55,7 @@ INSIDE = {  # what commands and studies reach for beside public names: checks of
     ("cli.solve", "shakedown.bounds.bound_result"),
     ("cli.solve", "shakedown.bounds.enumeration.critical"),
     ("benchmarks.creep", "shakedown.assessment.creep_limit"),
+    ("benchmarks.creep", "shakedown.long_term.creep_proofs"),
     ("benchmarks.stability", "shakedown.motion.course"),
     ("benchmarks.stability", "shakedown.motion.fixed_steps"),
     ("benchmarks.calculix_cycles", "shakedown.models.readers.formats"),
