@@ -228,7 +228,9 @@ def same(one: Answers, other: Answers, law: str, accuracy: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("ask", "name", "law"), QUESTIONS, ids=lambda x: x if isinstance(x, str) else x.__name__
+    ("ask", "name", "law"),
+    [pytest.param(*each, marks=pytest.mark.slow if each[0] is stepped else ()) for each in QUESTIONS],
+    ids=lambda x: x if isinstance(x, str) else x.__name__,
 )
 def test_a_joint_in_other_words_has_the_same_answers(ask, name, law):
     problem = (PLANE | SPACE)[name]

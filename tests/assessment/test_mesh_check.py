@@ -24,6 +24,7 @@ def test_it_warns_where_the_corner_slips_at_any_load(joint):
     assert mesh.warning.endswith("; a finer mesh may lower them.")
 
 
+@pytest.mark.slow
 def test_a_round_rim_decides_although_no_node_of_it_does_alone():
     mesh = shakedown.assess(sphere_on_flat(3)).details.mesh
     assert mesh.edge_share > 0.99

@@ -73,6 +73,7 @@ def test_built_in_joints_agree_with_differences(name, bound):
     assert largest_error(shakedown.example(name), bound) < 1e-6
 
 
+@pytest.mark.slow
 def test_random_joints_agree_with_differences():
     rng, errors = np.random.default_rng(7), []
     for kind in ["any", "loose", "above thresholds", "floating"] * 2:

@@ -60,6 +60,7 @@ def test_the_whole_block_does_twice_what_its_half_does():
     )
 
 
+@pytest.mark.slow
 def test_fixed_load_steps_approach_the_exact_dissipation():
     """The thesis's time integration against the exact path: the error halves with the load step."""
     exact = shakedown.simulate(receding_block(2, symmetric=True), 1.0).dissipation_per_cycle

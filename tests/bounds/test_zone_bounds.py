@@ -66,6 +66,7 @@ def test_a_closed_node_that_moves_with_open_ones_alone_is_pinned():
         )
 
 
+@pytest.mark.slow
 def test_in_space_no_zone_that_differs_in_one_node_is_better():
     """The search ended where no row asked for a node, at two thirds of λ_max and less."""
     joint = partly_open(13, 7, d=2)

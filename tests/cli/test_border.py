@@ -54,6 +54,7 @@ def test_an_interruption_is_one_line_from_the_first_import_on(after, number, end
     assert interrupted(YEARS, after, number) == end
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_after_the_last_output_is_a_line_or_too_late(number):
     """Never the signal's own end of the process, which would say nothing."""

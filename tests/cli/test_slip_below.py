@@ -12,6 +12,7 @@ from shakedown.assessment.transient_limit import slip_limit
 from shakedown.studies.design_point import with_parameter
 
 
+@pytest.mark.slow
 def test_verify_says_up_to_where_slips_stay_below_a_length(tmp_path, undrawn):
     page = tmp_path / "page.html"
     arguments = ("verify", "press-fit", "--random", "0", "--load-factor", "1")

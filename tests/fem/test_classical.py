@@ -13,6 +13,7 @@ def test_the_press_fit_converges_to_lames_pressure_with_order_two():
     assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx([2, 2], abs=0.25)
 
 
+@pytest.mark.slow
 def test_the_line_contact_converges_to_hertz_and_to_cattaneo_and_mindlin():
     coarse, fine = line_contact_errors(1), line_contact_errors(4)
     assert 0.3 < fine["utilisation"] < 0.9

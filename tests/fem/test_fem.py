@@ -347,6 +347,7 @@ def half_plane(n, poisson):
     return contact_condensation(body, "contact")
 
 
+@pytest.mark.slow
 def test_coupling_of_a_half_plane_goes_with_dundurs_beta():
     """β = (1 − 2ν)/(2 − 2ν) on a rigid plane (thesis §1.2.1): none for an incompressible body."""
 

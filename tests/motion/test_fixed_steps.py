@@ -29,6 +29,7 @@ def joint(n=4, m=24, seed=0, mean=3.0, **changes) -> Problem:
     return Problem(**(given | changes))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mean", [3.0, 0.3])
 def test_error_is_of_the_first_order(mean):
     problem = joint(mean=mean)

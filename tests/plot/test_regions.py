@@ -42,6 +42,7 @@ def test_over_one_parameter_every_region_is_drawn_and_named():
     assert "between them interpolated, nothing is proved there" in axes.get_legend().get_title().get_text()
 
 
+@pytest.mark.slow
 def test_over_two_parameters_the_areas_are_the_regions():
     grid = {"mean": np.linspace(0.5, 3, 7), "f": np.linspace(0.1, 0.8, 8)}
     found = shakedown.sweep(TWO, grid, quick=True, bounds=["universal", "energy", "upper"])

@@ -13,6 +13,7 @@ from shakedown import Problem, energy_ball, energy_bound
 from shakedown.bounds.energy.energy_ball import closed_radius
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("problem", "split"),
     [

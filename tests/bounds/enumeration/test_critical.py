@@ -20,6 +20,7 @@ def test_two_node_system_has_the_thesis_values() -> None:
     assert critical.smallest_positive.rows == shakedown.lower_bound(shakedown.example("two-node")).active
 
 
+@pytest.mark.slow
 def test_intersection_satisfies_its_rows() -> None:
     problem = shakedown.example("block-9")
     critical, rows = shakedown.critical_load_factors(problem), constraints(problem)

@@ -180,6 +180,7 @@ def cut(problem, parts):
     return replace(finer, **ends)
 
 
+@pytest.mark.slow
 def test_implicit_steps_come_closer_the_shorter_they_are():
     """Of the first order, from a state after the first cycle, with nodes that open, close and have no friction."""
     problem = opening_joint()

@@ -14,6 +14,7 @@ from shakedown.studies.design_point import with_parameter
 JOINT = shakedown.example("one-node-3d")
 
 
+@pytest.mark.slow
 def test_every_point_is_the_joint_by_itself():
     found = sweep(JOINT, {"friction": [0.5]}, quick=True)
     assert found.bounds == ("universal", "energy", "accumulated", "transient", "upper")

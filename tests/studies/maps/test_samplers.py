@@ -9,6 +9,7 @@ from shakedown.studies.samplers import Sampler, Sampling
 JOINT = shakedown.example("two-node")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sampler", Sampler)
 def test_a_state_follows_from_its_number_alone(sampler):
     count = 81 if sampler == Sampler.TRANSIENTS else 144  # the first of them are simulated

@@ -110,6 +110,7 @@ def test_the_block_below_the_critical_friction(found):
     assert plot.refinement(found).get_ylim()[0] == 0.0
 
 
+@pytest.mark.slow
 def test_the_command_says_the_same(found, tmp_path):
     paths = [str(tmp_path / f"{size}.npz") for size in (2, 4)]
     for path, size in zip(paths, (2, 4), strict=True):
