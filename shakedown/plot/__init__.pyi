@@ -1,4 +1,5 @@
 from .along import dissipation_along as dissipation_along
+from .along import drift_over_load as drift_over_load
 from .along import friction_use as friction_use
 from .along import load_factor_scale as load_factor_scale
 from .along import pressure as pressure

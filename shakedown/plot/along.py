@@ -435,3 +435,42 @@ def _edges(x: FloatArray) -> FloatArray:
         return np.array([x[0] - 0.5, x[0] + 0.5])
     middle = 0.5 * (x[1:] + x[:-1])
     return np.concatenate([[2 * x[0] - middle[0]], middle, [2 * x[-1] - middle[-1]]])
+
+
+def drift_over_load(runs: Iterable[Simulation], *, ax: Axes | None = None) -> Axes:
+    """By how much a body turns, or shifts where it does not turn, in every cycle, over the load factor.
+
+    Parameters
+    ----------
+    runs
+        Simulations of one joint; where one does not drift as a rigid body the number is 0, and where it is
+        undecided none is drawn.
+    ax
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
+
+    Raises
+    ------
+    UsageError
+        If there is no simulation.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> joint = shakedown.example("bearing-ring")
+    >>> plot.drift_over_load([shakedown.simulate(joint, x) for x in (0.2, 1.0)]).get_ylabel()
+    'turn per cycle [°]'
+    """
+    found = sorted((run for run in runs if run.period), key=lambda run: run.load_factor)
+    if not found:
+        raise UsageError("runs: expected at least one that is decided, found none")
+    moves = [run.rigid_drift for run in found]
+    turns = any(drift is not None and drift.turn.any() for drift in moves)
+    parts = [np.zeros(3) if drift is None else drift.turn if turns else drift.shift for drift in moves]
+    along = max(parts, key=lambda part: float(np.abs(part).max()))  # the axis with the largest number
+    sizes = [part[np.abs(along).argmax()] for part in parts]
+    axes = axes_for(ax)
+    axes.plot([run.load_factor for run in found], sizes, "o-", color=style.BLUE, ms=4, label="simulated")
+    axes.axhline(0.0, color=style.GREY, lw=1)
+    unit = "°" if turns else units_of(found[0].problem).length
+    return finished(axes, "load factor λ", with_unit(f"{'turn' if turns else 'shift'} per cycle", unit))
