@@ -59,7 +59,7 @@ def test_the_workflow_calls_commands_that_are_there():
 
 
 def test_the_paper_cites_what_is_listed_and_claims_what_was_measured():
-    folder = ROOT / "paper"
+    folder = ROOT / "docs" / "paper"
     paper = (folder / "paper.md").read_text(encoding="utf-8")
     keys = re.findall(r"^@\w+\{(\w+),", (folder / "paper.bib").read_text(encoding="utf-8"), re.M)
     assert set(re.findall(r"@(\w+\d{4})", paper)) == set(keys)
