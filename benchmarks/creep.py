@@ -36,7 +36,7 @@ WEDGES = ("coupled", "one-sided", "reducible", "uncoupled")
 KINDS = (*WEDGES, "programs", "held", "enclosed", "ring")
 LARGEST = {"programs": 8, "held": 6, "steps": 5}  # nodes
 COUNTS = ("joints", "runs", "drifting", "opened", "undecided", "controls", "controls_drifting")
-PARTS, CYCLES = 256, 60  # parts of a load step, and cycles, with fixed load steps
+PARTS, CYCLES = 256, 200  # parts of a load step, and cycles, with fixed load steps
 APART = 0.01  # relative to λ_c, of the load factors below and above
 
 
