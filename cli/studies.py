@@ -214,8 +214,8 @@ def refine(
     """Which numbers of one joint converge, from files of it on finer and finer meshes.
 
     The three numbers of `solve`, λ_max of slips averaged over a length (--average), friction
-    work and the largest slip at one load factor, starting without slip. The coarsest mesh comes first;
-    three tell.
+    work and the largest slip at one load factor, starting without slip; in the plane, where friction
+    alone holds the joint, also when it creeps. The coarsest mesh comes first; three tell.
     """
     if len(problems) < 2:
         raise click.UsageError("FILE FILE …: expected several meshes of one joint, found one file")

@@ -185,7 +185,7 @@ def refinement(found: Result, *, ax: Axes | None = None) -> Axes:
     >>> refinement(shakedown.refine(joints, [9, 33])).get_xscale()
     'log'
     """
-    mesh_marks = "os^Dvx*"
+    mesh_marks, colours = "os^Dvx*P+", (*style.LINES, style.BLACK, style.GREY)
     axes, meshes = axes_for(ax, (7.5, 4.6)), of_kind(found, "Refinement")
     for k, (name, values) in enumerate(meshes.numbers.items()):
         limit = meshes.limit[name]
@@ -193,7 +193,7 @@ def refinement(found: Result, *, ax: Axes | None = None) -> Axes:
         if not known.size or not known.max() > 0:
             continue
         unit = values[-1] if np.isfinite(values[-1]) and values[-1] > 0 else known.max()
-        label, colour = f"{name.replace('_', ' ')}: {meshes.verdict[name]}", (*style.LINES, style.BLACK)[k]
+        label, colour = f"{name.replace('_', ' ')}: {meshes.verdict[name]}", colours[k % len(colours)]
         axes.plot(meshes.nodes, values / unit, f"{mesh_marks[k]}-", color=colour, label=label, ms=5)
         if np.isfinite(limit):
             axes.plot(meshes.nodes[-1] * np.array([1.0, 1.6]), 2 * [limit / unit], "--", color=colour)

@@ -311,6 +311,8 @@ NUMBERS = {  # first those that converge for most joints
     "impossible_above": "impossible above",
     "proved_from_this_state": "proved from this state",
     "proved_from_every_state": "proved from every state",
+    "creep": "least seen to creep",
+    "creep_proved": "no creep below",
 }
 
 
@@ -335,7 +337,8 @@ def refinement_sheet(problem: Problem, found: Refinement) -> Sheet:
     of = {"work": units.work, "largest_slip": units.length}
     rows = []
     for word, name in NUMBERS.items():
-        if asked.get(word, found.load_factor) is not None:
+        known = not word.startswith("creep") or not np.isnan(found.numbers[word]).all()
+        if known and asked.get(word, found.load_factor) is not None:
             trend = found.trends[word]
             values = [number(float(value)) for value in found.numbers[word][last]]
             about = [str(trend.verdict), number(trend.limit), number(trend.order, 2)]

@@ -20,7 +20,7 @@ from shakedown.assessment.transient_limit import slip_limit
 from shakedown.campaign.pieces import Arrays, Progress, as_text, function_stamp, run_pieces, text_of
 from shakedown.files.atomic_write import check_table, write_table
 from shakedown.ground.constants import MINOR, THREE_DIGITS, FloatArray
-from shakedown.ground.errors import Missing, UsageError, attempt
+from shakedown.ground.errors import Missing, UsageError, attempt, present
 from shakedown.ground.shown_values import plain, short, shortened
 from shakedown.ground.status import Outcome
 from shakedown.joint.arguments import check_load_factor, checked, is_finite, real_array, require_problem
@@ -28,6 +28,7 @@ from shakedown.joint.contact_surface import element_count
 from shakedown.joint.hat_functions import averaged
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.joint.rigid_slips import can_creep
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.node_results import node_results
 from shakedown.long_term.simulation import check_slip_below
@@ -37,7 +38,7 @@ Make = Callable[[Any], Problem] | Mapping[Any, Problem]
 SLOWEST = 0.5  # least order of convergence; below it the extrapolated limit is too uncertain
 NEAR = 0.25  # largest relative distance of the extrapolated limit; beyond twice this it is open
 AVERAGED = "averaged_impossible_above"
-COLUMNS = (*THREE_NUMBERS, AVERAGED, "work", "largest_slip", "slip_limit")
+COLUMNS = (*THREE_NUMBERS, AVERAGED, "work", "largest_slip", "slip_limit", "creep", "creep_proved")
 
 
 class Tendency(StrEnum):
@@ -146,9 +147,11 @@ class Refinement(Result):
     numbers
         The other columns: the three numbers of :func:`assess`, λ_max averaged over the radius, the
         friction work per cycle of all nodes [force · length] and the largest slip range of a node [length]
-        in the long run at the load factor, from slip zero, and up to which load factor every slip stays
-        below the length (:func:`~shakedown.assessment.transient_limit.slip_limit`). NaN where there is none,
-        inf where nothing limits it.
+        in the long run at the load factor, from slip zero, up to which load factor every slip stays
+        below the length (:func:`~shakedown.assessment.transient_limit.slip_limit`), and in the plane, where a
+        slip is rigid, λ_c and the load factor below which creep is excluded
+        (:func:`~shakedown.assessment.creep_limit.creep_limit`). NaN where there is none, inf where nothing
+        limits it.
     elements : (k,)
         How many elements the contacts have (:func:`~shakedown.joint.contact_surface.element_count`).
     """
@@ -368,6 +371,8 @@ def mesh_row(
         row[name] = _number(limits, name)
     coarse = None if radius is None else assess(averaged(problem, radius))
     row[AVERAGED] = nan if coarse is None else _number(coarse, THREE_NUMBERS[0])
+    creep = present(limits.details.creep) if can_creep(problem) else None
+    row["creep"], row["creep_proved"] = (creep.load_factor, creep.proved) if creep else (nan, nan)
     state = long_term_state(problem, load_factor)
     nodes, slips = node_results(state), state.outcome != Outcome.SHAKEDOWN  # else what is left is round-off
     known = nodes.period > 0

@@ -10,6 +10,8 @@ import shakedown
 from benchmarks.refinement import block_on_plane
 from shakedown import UsageError, plot
 from shakedown.assessment.transient_limit import slip_limit
+from shakedown.ground.shown_values import plain
+from shakedown.report.study_facts import refinement_sheet
 from shakedown.studies.refined import COLUMNS, SLOWEST, Refinement, trend
 
 H = 2.0 ** -np.arange(5)
@@ -118,7 +120,7 @@ def test_the_command_says_the_same(found, tmp_path):
     words = ("refine", *paths, "--average", "0.5", "--load-factor", "2", "--slip-below", "1e-4")
     told = document(*words)
     for name in COLUMNS:
-        assert told["table"][name] == found.numbers[name][:2].tolist()
+        assert told["table"][name] == plain(found.numbers[name][:2])
     code, out, _ = run(*words, "--picture", str(tmp_path / "p.png"))
     assert code == 0
     assert "undecided" in out
@@ -127,6 +129,25 @@ def test_the_command_says_the_same(found, tmp_path):
         2,
         "shakedown-bounds: meshes: expected one joint, the coarsest first, found [9, 5] contact nodes\n",
     )
+
+
+def loose_chain(n):
+    """Nodes in a row with a spring from each to the next, which only friction holds."""
+    springs, wave = np.eye(n, k=1) + np.eye(n, k=-1), np.arange(6)[:, None] + np.linspace(0.0, 2.0, n)
+    A, nothing = np.diag(springs.sum(axis=1)) - springs, np.zeros((n, n))
+    return shakedown.Problem(A=A, B=nothing, f=0.5, q_w=np.sin(wave), p_w=4.0 + np.cos(wave))
+
+
+def test_where_friction_alone_holds_creep_has_its_columns(tmp_path):
+    found = shakedown.refine(loose_chain, [3, 5, 9])
+    limits = [shakedown.creep_limit(loose_chain(n)) for n in (3, 5, 9)]
+    assert found.numbers["creep"].tolist() == [limit.load_factor for limit in limits]
+    assert found.numbers["creep_proved"].tolist() == [limit.proved for limit in limits]
+    rows = refinement_sheet(loose_chain(9), found).sections[0].tables[0].rows
+    assert [row[0] for row in rows][-2:] == ["least seen to creep", "no creep below"]
+    assert "creep proved: " + found.verdict["creep_proved"] in [
+        line.get_label() for line in plot.refinement(found).lines
+    ]
 
 
 @pytest.mark.parametrize(
