@@ -231,11 +231,13 @@ class ElasticBody:
         return table
 
     def facets(self, boundary: str) -> IntArray:
-        """Facets of a named boundary; ``ProblemError`` if there is none of that name."""
+        """Facets of a named boundary; ``ProblemError`` if there is none of that name, or it has no facets."""
         named = self.mesh.boundaries or {}
         if boundary not in named:
             listed = ", ".join(sorted(named)) or "none"
             raise ProblemError(f"boundary '{boundary}': not in the mesh; its boundaries are {listed}")
+        if not len(named[boundary]):
+            raise ProblemError(f"boundary '{boundary}': expected at least one facet, found none")
         return np.asarray(named[boundary])
 
     def facet_basis(self, boundary: str) -> skfem.FacetBasis:

@@ -193,6 +193,18 @@ def test_materials_per_subdomain():
             lambda m: ElasticBody(m, STEEL, supports=[Support("front")]),
             "boundary 'front': not in the mesh; .*bottom",
         ),
+        (
+            lambda m: contact_problem(
+                ElasticBody(
+                    m.with_boundaries({"worn": lambda x: x[1] > 5.0}),
+                    STEEL,
+                    loads=[Pressure(boundary="top", value=1.0, history=1.0)],
+                ),
+                "worn",
+                0.3,
+            ),
+            "boundary 'worn': expected at least one facet, found none",
+        ),
         (lambda m: contact_problem(ElasticBody(m, STEEL), "bottom", 0.3), "at least one load"),
         (
             lambda m: contact_problem(
