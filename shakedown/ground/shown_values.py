@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 LONGEST_NAME = 200  # characters of one name, unit or path inside a message
 
 # A symbol and its subscript: λ_E, p_w; not the name of a file, p_w.mtx.
-SUBSCRIPT = re.compile(r"(λ|(?<![\w.])[pq](?=_w))_(max|lo|w|[A-Z0-9])(?![\w=]|\.\w)")
+SUBSCRIPT = re.compile(r"(λ|(?<![\w.])[pq](?=_w))_(max|lo|[cw]|[A-Z0-9])(?![\w=]|\.\w)")
 
 # Characters that terminals or pages interpret instead of showing: C0, DEL and C1 controls, line and paragraph
 # separators, bidirectional controls, zero-width and tag characters, halves of characters, the end of BMP.

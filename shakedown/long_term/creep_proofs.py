@@ -162,22 +162,25 @@ class SlidingBody:
     def drift_enclosure(self, history: EventHistory) -> tuple[float, float]:
         """The drift per cycle along z of every closed motion lies between these, by one cycle (Theorem 2).
 
-        NaN unless the joint is monotone with all mixtures of rows irreducible, the cycle closed and without
-        an interval in which all nodes are at their limits.
+        NaN unless the joint is monotone with all mixtures of rows irreducible, and the path one or several
+        whole cycles, closed and without an interval in which all nodes are at their limits.
         """
         nothing = nan, nan
         if not (all(self.monotone) and self.all_mixtures_irreducible) or not len(history):
+            return nothing
+        length = float(np.ptp(history.cycle))
+        cycles = round(length)
+        if cycles < 1 or abs(length - cycles) > SIX_DIGITS:
             return nothing
         room = self._room(history)
         largest, left = 0.5 * room.sum(axis=0).max(), room.min(axis=0)
         between = 0.5 * (left[1:] + left[:-1])  # zero only where it is at both ends
         lasting = np.diff(history.cycle) > 0
         at_limits = (between <= SIX_DIGITS * largest).all(axis=1) & lasting
-        if (history.state == OPEN).any() or (~lasting & (np.diff(history.v, axis=0) != 0).any(axis=1)).any():
+        jumps = ~lasting & (np.diff(history.v, axis=0) != 0).any(axis=1)
+        if (history.state == OPEN).any() or jumps.any() or at_limits.any():
             return nothing
-        if at_limits.any():
-            return nothing
-        change = (history.v[-1] - history.v[0]) / self.z / round(float(np.ptp(history.cycle)))
+        change = (history.v[-1] - history.v[0]) / self.z / cycles
         return float(change.min()), float(change.max())
 
     def interval_proved(self, side: int, back: Mask, start: float, goal: float) -> float:

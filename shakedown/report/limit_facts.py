@@ -71,6 +71,7 @@ def solve_sheet(
     known = claims(found)
     about = [*decided_by(found)]
     about += [followed(found.details)] if follow else []
+    about += without_creep(found.details) if follow and details else []
     about += next_step(found, file)
     table = claims_table(found.problem, known, digits)
     head = data_facts.headline(found.problem, limits=True)
@@ -282,7 +283,6 @@ def limit_sections(found: Assessment, digits: int = FEW_DIGITS, *, simulated: bo
     """Every limit with what it ends at; thresholds and loads; the safe slip node by node."""
     limits, problem = found.details, found.problem
     about = [data_facts.load_path(problem), *_reservations(limits), *_through_transient(limits)]
-    about += [*_without_creep(limits)] * simulated
     about += [*data_facts.relative_to(problem, limits.pinned), *friction_facts(limits)]
     texts = [notes.computed] + [notes.no_sides] * bool(limits.absent)
     if problem.initial_slip is not None and not np.nan_to_num(limits.energy.initial_slip).any():
@@ -322,7 +322,7 @@ def _through_transient(limits: JointLimits) -> list[Fact]:
     return [Fact("safe in the transient", at, note="slip that the transient load steps do not move either")]
 
 
-def _without_creep(limits: JointLimits) -> Iterator[Fact]:
+def without_creep(limits: JointLimits) -> Iterator[Fact]:
     """The load factors at which it does not come to rest, and creep is proved to be impossible."""
     creep, upper = present(limits.creep), limits.upper.load_factor
     if creep and upper < creep.proved < inf:

@@ -274,6 +274,7 @@ def verify_sheet(
     facts = [
         *limit_facts.decided_by(v.assessment),
         *([limit_facts.followed(v.limits)] if _reaches_farther(v) else []),
+        *limit_facts.without_creep(v.limits),
         *state_facts(v),
         *(_next(v, file, page) if file else []),
     ]

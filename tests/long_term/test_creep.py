@@ -13,7 +13,9 @@ from shakedown import Outcome, Problem
 from shakedown.joint.rigid_slips import can_creep
 from shakedown.long_term.creep_proofs import sliding_bodies
 from shakedown.motion.evolution import Evolution
-from shakedown.report.limit_facts import limit_sections
+from shakedown.report.html import render
+from shakedown.report.limit_facts import solve_sheet
+from shakedown.report.run_facts import verify_sheet
 
 # Counter-examples: each shows that a condition of a theorem is needed.
 WINDOW = Problem(  # creeps, and above that does not
@@ -226,20 +228,24 @@ def test_the_ring_of_a_bearing():
     assert all(body.monotone)
     assert body.all_mixtures_irreducible
     assert body.wedge_bounds == pytest.approx([0.478545] * 2, rel=1e-5)
-    low, high = shakedown.long_term_state(ring, 0.7).drift_bounds
+    state = shakedown.long_term_state(ring, 0.7)
+    low, high = state.drift_bounds
     assert -1e-12 < low <= high < 1e-12
+    passed = state.history.cycle - state.history.cycle[0]
+    for share in (0.0, 0.3, 0.7):  # less than one cycle encloses nothing
+        assert all(isnan(each) for each in body.drift_enclosure(state.history.rows(passed <= share)))
 
 
 def test_the_text_says_where_slip_without_creep_is_proved():
     found = shakedown.assess(drawn(7))
-    (fact,) = [
-        fact
-        for section in limit_sections(found, simulated=True)
-        for fact in section.facts
-        if fact.label == "slips without creep"
-    ]
-    assert fact.value == "λ = 0.4645 to 0.609"
+    verified = shakedown.verify(drawn(7), load_factors=[0.5], random_states=0)
+    for sheet in (solve_sheet(found, details=True, follow=True), verify_sheet(verified)):
+        (fact,) = [fact for fact in sheet.facts if fact.label == "slips without creep"]
+        assert fact.value == "λ = 0.4645 to 0.609"
     assert found.impossible_above < 0.4645 < 0.609 <= found.details.creep.proved
+    page = render(verified)
+    assert page.count("slips without creep") == 1
+    assert "λ<sub>c</sub>" in page
 
 
 @pytest.mark.parametrize("seed", [3, 5, 6])
