@@ -263,7 +263,8 @@ average = option(
     "--average",
     type=float,
     metavar="RADIUS",
-    help="Also with slips and reactions averaged over this length (in the joint's unit).",
+    help="Also with slips and reactions averaged over this length (in the joint's unit): one "
+    "element, of the coarsest mesh, or several.",
 )
 slip_below = option(
     "--slip-below",

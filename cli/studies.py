@@ -231,7 +231,7 @@ def refine(
 
 @command(
     "Damping and stiffness over the amplitude of a load.",
-    "0 a long-term state was found at every amplitude, whichever; 1 undecided somewhere; "
+    "0 a long-term state was found at every amplitude, whichever; 1 undecided or slides away somewhere; "
     "2 bad usage or bad input.",
 )
 @options.problem
@@ -241,7 +241,7 @@ def refine(
     required=True,
     help="LOW:HIGH:COUNT or VALUE,VALUE,…: factors on the history of the load, rising.",
 )
-@option("--load", default="0", metavar="NAME", help="Which load, by name or number.")
+@option("--load", default="0", metavar="NAME", help="Which load, by name or number; one that varies.")
 @option(
     "--initial",
     metavar="STATE",
@@ -269,8 +269,9 @@ def damping(
 ) -> Answer:
     """Follow FILE at rising amplitudes of one load to its long-term states.
 
-    FILE has to know its loads (load_reactions, load_history; for displacements
-    load_compliance), as import writes them. Each amplitude begins where the one before it ended.
+    FILE has to know its loads (load_reactions, load_history; for stiffness and loss factor also
+    load_compliance), as import and shakedown.fem write them. Each amplitude begins where the one
+    before it ended; other loads stay as they are at λ = 1.
     """
     start = options.initial_state(problem, options.word_for(problem, initial))
     with progress("amplitudes") as update:
