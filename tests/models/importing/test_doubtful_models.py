@@ -156,6 +156,7 @@ WARNED = {
     "an alias as large as the wave": (push(WAVE.replace("order = 1", "order = 49")), "48 load step(s) do not show its harmonic of order 49"),
     "a wave of two steps": (push(WAVE.replace("order = 1", "order = 24")), "its 48 load step(s) miss 50 %"),
     "peaks between the steps": (push("points = [[0, 0], [0.01, 5], [0.02, 0], [0.5, 1], [1, 0]]"), "miss 80 % of its range"),
+    "a wave of no size": (push(WAVE.replace("1.0", "0.0")), "'pushed to and fro' does not vary: its factor is the same"),
     "no force": (lambda text, deck: (text.replace('1, 10.0', '1, 0.0'), deck), "'pushed to and fro' reaches no contact node"),
     "one load step": (lambda text, deck: (text.replace("steps = 48", "steps = 1"), deck), "no load varies over the 1 load step"),
     "a gap that stays open": (
