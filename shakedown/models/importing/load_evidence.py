@@ -154,16 +154,19 @@ def load_doubts(
 ) -> Iterator[str]:
     """Warnings about single loads, and about all of them together, on a model with κ."""
     factors, stiff = histories([load.case for load in loads]), float(np.abs(stiffness).max())
-    for load, name, each in zip(loads, names, welded, strict=True):
+    noise = MEAN_ROUND_OFF * np.maximum(np.abs(factors.period).max(axis=0), np.abs(factors.means))
+    still = np.abs(factors.period - factors.means).max(axis=0) <= noise
+    for load, name, each, at_rest in zip(loads, names, welded, still.tolist(), strict=True):
         case = load.case
         yield from (f"load {quoted(name)}: {doubt}" for doubt in load.doubts)
+        if at_rest and (case.history is None or case.history.ndim):  # a number is meant to be constant
+            yield f"load {quoted(name)} does not vary: its factor is the same at every load step"
         sizes = [(case.force, 1.0), (case.reactions, 1.0), (case.displacement, stiff), (case.opened, stiff)]
         size = max(scale * np.abs(part).max(initial=0.0) for part, scale in sizes if part is not None)
         holds = size == 0 and case.displacement is not None  # a displacement of zero
         if np.abs(each.reactions).max() <= NEGLIGIBLE * size and not holds:
             yield f"load {quoted(name)} reaches no contact node: the welded contact carries nothing of it"
-    noise = MEAN_ROUND_OFF * np.maximum(np.abs(factors.period).max(axis=0), np.abs(factors.means))
-    if (np.abs(factors.period - factors.means).max(axis=0) <= noise).all():
+    if still.all():
         yield (
             f"no load varies over the {len(factors.period)} load step(s): the periodic part is zero, and "
             "every load factor leaves the joint as it is"

@@ -95,6 +95,9 @@ def _harmonics(table: TomlTable, t: FloatArray) -> Factors:
         return total
 
     highest = max((order for order, *parts in terms if any(parts)), default=0)
+    if 2 * highest > len(t):  # at the load steps it looks like one of another order
+        hidden = f"its {len(t)} load step(s) do not show its harmonic of order {highest}"
+        return at(t), (f"{hidden}: more than {2 * highest} 'steps' do",)
     fine = np.linspace(0.0, 1.0, DIRECTIONS * min(highest, MOST_ENTRIES // DIRECTIONS) + 1)
     return _checked(at(t), at(fine))
 

@@ -152,9 +152,11 @@ WARNED = {
     "another shape": (placed(lambda x, y: (x, 2 * y - 1), range(1, 2000)), "meet resistance at 45 of 96 nodes inside"),
     "another unit": (changed('"punch.sti"', '"punch.sti"\nscale = 1000'), "is 'scale' right?"),
     "seconds for milliseconds": (slower_clock, "covers 0.19 % of the period of 1000"),
-    "an alias": (push(WAVE.replace("order = 1", "order = 48")), "its 48 load step(s) miss 50 % of its range"),
+    "an alias": (push(WAVE.replace("order = 1", "order = 48")), "its 48 load step(s) do not show its harmonic of order 48: more than 96 'steps' do"),
+    "an alias as large as the wave": (push(WAVE.replace("order = 1", "order = 49")), "48 load step(s) do not show its harmonic of order 49"),
     "a wave of two steps": (push(WAVE.replace("order = 1", "order = 24")), "its 48 load step(s) miss 50 %"),
     "peaks between the steps": (push("points = [[0, 0], [0.01, 5], [0.02, 0], [0.5, 1], [1, 0]]"), "miss 80 % of its range"),
+    "a wave of no size": (push(WAVE.replace("1.0", "0.0")), "'pushed to and fro' does not vary: its factor is the same"),
     "no force": (lambda text, deck: (text.replace('1, 10.0', '1, 0.0'), deck), "'pushed to and fro' reaches no contact node"),
     "one load step": (lambda text, deck: (text.replace("steps = 48", "steps = 1"), deck), "no load varies over the 1 load step"),
     "a gap that stays open": (
