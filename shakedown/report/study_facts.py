@@ -266,7 +266,7 @@ def damping_sheet(problem: Problem, curve: DampingCurve) -> Sheet:
         note = f"amplitude {', '.join(same)}" if same else "at no amplitude"
         facts.append(Fact("the same from every state", "proved" if same else "not proved", note=note))
     texts = [notes.other_loads] * bool(np.isnan(curve.proved_limit))
-    texts += [notes.no_displacement] * bool(np.isnan(curve.displacement).all())
+    texts += [notes.no_displacement] * (problem.load_compliance is None)
     if curve.from_zero is not None:
         where = _numbers(curve.amplitude[curve.differs])
         if where:

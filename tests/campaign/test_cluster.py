@@ -141,5 +141,5 @@ def test_nobody_there_is_said_in_one_line(monkeypatch, address):
 
 def test_without_dask_there_is_a_clear_line(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed.scheduler", None)
-    with pytest.raises(UsageError, match=r"shakedown-bounds\[cluster\]"):
+    with pytest.raises(UsageError, match=r"pip install .\.\[cluster\]"):
         opened("tcp://127.0.0.1:9")
