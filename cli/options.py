@@ -263,8 +263,7 @@ average = option(
     "--average",
     type=float,
     metavar="RADIUS",
-    help="Also with slips and reactions averaged over this length (in the joint's unit): one "
-    "element, of the coarsest mesh, or several.",
+    help="Also averaged over this length (in the joint's unit): an element of the coarsest mesh, or more.",
 )
 slip_below = option(
     "--slip-below",

@@ -21,8 +21,7 @@ from .options import option
 
 @command(
     "Evolution from one initial state.",
-    "0 a long-term state was found, whichever; 1 undecided after --cycles, or the body slides away; "
-    "2 bad usage or bad input.",
+    "0 a long-term state was found; 1 undecided, or the body slides away; 2 bad usage or bad input.",
 )
 @options.run
 @options.method
@@ -50,8 +49,7 @@ def simulate(
 
 @command(
     "Slip, pressure, friction work of every node.",
-    "0 a long-term state was found, whichever; 1 undecided after --cycles, or the body slides away; "
-    "2 bad usage or bad input.",
+    "0 a long-term state was found; 1 undecided, or the body slides away; 2 bad usage or bad input.",
 )
 @options.run
 @option(

@@ -362,9 +362,7 @@ def rounding_of(bound: Bound) -> Rounding:
 
 def certain(bound: Bound) -> float:
     """A limit; one that was bisected in as many digits as are certain, and as say what is proved there."""
-    found = bound.load_factor
-    if bound.status == Status.UNDECIDED and isinf(found):
-        return nan
+    found = nan if bound.status == Status.UNDECIDED and isinf(bound.load_factor) else bound.load_factor
     if not hasattr(bound, "scanned") or bound.proved >= found or isnan(found):
         return found
     digits = range(certain_digits(found, bound.high), DIGITS + 1)
