@@ -450,12 +450,19 @@ def model_doubts(stiffness: Stiffness, contact: ContactSection, mesh: Mesh) -> I
     yield from _touching(stiffness, contact, mesh)
     if not mesh.elements or stiffness.superelement or mesh.equations or mesh.rotated:
         return
-    # rows of nodes of elements all of whose nodes have free rows in all their directions
     dofs = stiffness.dofs
+    nodes = dofs[dofs[:, 0] > 0, 0]
+    unknown = nodes[~np.isin(nodes, mesh.labels)]
+    if len(unknown) > NOTABLE * len(nodes):
+        yield (
+            f"{len(unknown)} of {len(nodes)} rows are of nodes that are none of the deck, first "
+            f"{unknown[0]}: are matrix, row map and deck of one run?"
+        )
+    # rows of nodes of elements all of whose nodes have free rows in all their directions
     free = (stiffness.K.diagonal() < DEFAULT.constrained_diagonal) & np.isin(dofs[:, 1], (1, 2, 3))
     labels, count = np.unique(dofs[free, 0], return_counts=True)
     there = set(labels[count == count.max(initial=0)].tolist())
-    elements = [nodes for _, nodes in mesh.elements.values()]
+    elements = [corners for _, corners in mesh.elements.values()]
     lacking = {node for nodes in elements if not there.issuperset(nodes) for node in nodes}
     known = {node for nodes in elements for node in nodes} & there
     inside = np.isin(dofs[:, 0], list(known - lacking))

@@ -76,6 +76,13 @@ def rows_of_another_run(text, deck):
     return text, deck, ("changed.dof", "\n".join(rows) + "\n")
 
 
+def rows_of_another_mesh(text, deck):
+    """The map of a run with the same contact and other nodes inside the block."""
+    nodes = (*range(1, 46), *range(11018, 11073), *range(1073, 1086))
+    rows = [f"{node}.{direction}" for node in nodes for direction in (1, 2)]
+    return text, deck, ("changed.dof", "\n".join(rows) + "\n")
+
+
 def slower_clock(text, deck):
     """A record in milliseconds, its period in seconds."""
     rows = "".join(f"{k / 10},{(-1) ** (k // 5)}\n" for k in range(20))
@@ -149,6 +156,7 @@ WARNED = {
     ),
     "too much interference": (placed(lambda x, y: (x, y - 1e-9), more="gap = -1\n"), "up to 1, 4 of the spacing"),
     "rows of another run": (rows_of_another_run, "are matrix, row map and deck of one run?"),
+    "rows of another mesh": (rows_of_another_mesh, "110 of 226 rows are of nodes that are none of the deck, first 11018"),
     "another shape": (placed(lambda x, y: (x, 2 * y - 1), range(1, 2000)), "meet resistance at 45 of 96 nodes inside"),
     "another unit": (changed('"punch.sti"', '"punch.sti"\nscale = 1000'), "is 'scale' right?"),
     "seconds for milliseconds": (slower_clock, "covers 0.19 % of the period of 1000"),
