@@ -26,7 +26,7 @@ extensions = [
     "mathml",
     "plain_docstrings",
 ]
-exclude_patterns = ["_build", "_extensions", "_scripts", "gallery"]
+exclude_patterns = ["_build", "_extensions", "_scripts", "gallery", "paper"]
 suppress_warnings = [
     "config.cache",  # the functions of the gallery cannot be pickled
     "ref.python",  # one attribute name of several results, in prose

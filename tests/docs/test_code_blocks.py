@@ -11,7 +11,7 @@ from code_blocks import Page, blocks, not_run, same
 import shakedown
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGES = sorted(page for page in DOCS.rglob("*.md") if "_build" not in page.parts)
+PAGES = sorted(page for page in DOCS.rglob("*.md") if not {"_build", "paper"} & set(page.parts))
 
 
 def named(page):
