@@ -332,7 +332,7 @@ def verdict(v: Verification) -> str:
         return f"Open: {count(len(v.open_questions), 'question')}."
     if not judged:
         return f"The limits predict no outcome of {count(len(v.runs), 'run')}: nothing to agree with."
-    rest = f" with a predicted outcome; {len(v.runs) - judged} have none" if judged < len(v.runs) else ""
+    rest = f" with a predicted outcome; {len(v.runs) - judged} without one" if judged < len(v.runs) else ""
     return f"Simulation agrees with the limits in all {count(judged, 'run')}{rest}."
 
 
