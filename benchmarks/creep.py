@@ -20,12 +20,14 @@ from numba import njit
 
 import shakedown
 from benchmarks.bodies.bearing_ring import bearing_ring
-from shakedown import Problem
+from benchmarks.display import listed
+from shakedown import LongTermState, Problem
 from shakedown.assessment.creep_limit import is_creeping
 from shakedown.ground.constants import FloatArray
+from shakedown.joint.constraints import loading
+from shakedown.joint.units import without_loads
 from shakedown.long_term.creep_proofs import SlidingBody, sliding_bodies
 from shakedown.motion.evolution import evolve
-from shakedown.report.facts import table
 
 TITLE = "Drift below what is proved to exclude it, and fixed load steps on either side of λ_c"
 # joints of a case, starts of each load factor and order: fewest where nodes often open, which takes long
@@ -140,11 +142,9 @@ def in_orders(rng: np.random.Generator, joint: Problem) -> Iterator[Problem]:
 
 def loaded(joint: Problem, weight: FloatArray) -> Problem:
     """The joint under mixtures of its load steps."""
-    mean = joint.q_w.mean(axis=0) if joint.q_mean is None else joint.q_mean
-    pressed = joint.p_w.mean(axis=0) if joint.p_mean is None else joint.p_mean
-    q, p = mean + weight @ (joint.q_w - mean), pressed + weight @ (joint.p_w - pressed)
-    unstated = dict.fromkeys(("load_history", "load_reactions", "load_compliance", "load_mean", "load_names"))
-    return replace(joint, **unstated, q_w=q, p_w=p, q_mean=mean, p_mean=pressed)
+    loop = loading(joint)
+    q, p = loop.q0 + weight @ loop.q1, loop.p0 + weight @ loop.p1
+    return replace(without_loads(joint), q_w=q, p_w=p, q_mean=loop.q0, p_mean=loop.p0)
 
 
 def begun(rng: np.random.Generator, body: SlidingBody, starts: int) -> FloatArray:
@@ -164,7 +164,7 @@ def count(body: SlidingBody, side: int | None, load_factor: float, slips: FloatA
     counts["runs"] += len(slips)
     for k in np.flatnonzero(np.isin(found.outcome, ("ratchetting", "undecided"))):
         state = shakedown.long_term_state(body.problem, load_factor, slips[k])
-        if state.opened.any() or "lifts off" in state.reason:
+        if opens(state):
             counts["opened"] += 1
         elif state.slides_away and side is not None:
             counts["undecided"] += 1
@@ -172,6 +172,11 @@ def count(body: SlidingBody, side: int | None, load_factor: float, slips: FloatA
             counts["drifting"] += side is None or float(state.drift @ body.z) > 0.0
         elif state.outcome == "undecided":
             counts["undecided"] += 1
+
+
+def opens(state: LongTermState) -> bool:
+    """Whether a node is open in the long run, or the body leaves."""
+    return bool(state.opened.any()) or "lifts off" in state.reason
 
 
 def control(body: SlidingBody, load_factor: float, slips: FloatArray, counts: dict) -> None:
@@ -212,7 +217,7 @@ def enclosed(
     for start in others:
         state = shakedown.long_term_state(joint, load_factor, start)
         counts["runs"] += 1
-        if state.opened.any() or "lifts off" in state.reason:
+        if opens(state):
             counts["opened"] += 1
         elif not state.period:
             counts["undecided"] += 1
@@ -241,14 +246,11 @@ def drift_at_fixed_steps(
     joint: Problem, load_factor: float, parts: int = PARTS, cycles: int = CYCLES
 ) -> float:
     """The largest growth of slip in the last of some cycles from slip zero, relative to the slips in it."""
-    f, mean = joint.f, [joint.q_mean, joint.p_mean]
-    mean = [x.mean(axis=0) if y is None else y for x, y in zip((joint.q_w, joint.p_w), mean, strict=True)]
-    at = np.arange(parts * joint.m) / parts
+    f, m, loop = joint.f, joint.m, loading(joint)
+    at = np.arange(parts * m) / parts
     q, p = (
-        c
-        + load_factor
-        * np.column_stack([np.interp(at, np.arange(joint.m + 1), [*y, y[0]]) for y in (w - c).T])
-        for c, w in zip(mean, (joint.q_w, joint.p_w), strict=True)
+        np.stack([np.interp(at, np.arange(m), each, period=m) for each in path.T], axis=1)
+        for path in (loop.q0 + load_factor * loop.q1, loop.p0 + load_factor * loop.p1)
     )
     fB = f[:, None] * joint.B
     ends, slip = gauss_seidel(joint.A + fB, joint.A - fB, f * p + q, f * p - q, cycles)
@@ -287,17 +289,20 @@ def gauss_seidel(forward, backward, h_forward, h_backward, cycles):  # type: ign
 
 def tables(rows: list[dict]) -> str:
     """Per kind; and what fixed load steps do."""
-    lines = []
-    for kind in dict.fromkeys(row["kind"] for row in rows if row["kind"] != "steps"):
-        chosen = [row for row in rows if row["kind"] == kind]
-        lines.append([kind, *(str(sum(row[key] for row in chosen)) for key in COUNTS)])
-    parts = [table(["kind", *(key.replace("_", " ") for key in COUNTS)], lines)]
-    lines = [
-        [str(row["n"]), f"{row['load_factor']:.4f}", f"{row['below']:.1e}", f"{row['above']:.1e}"]
-        for row in rows
-        if row["kind"] == "steps"
-    ]
-    return "\n".join([*parts, "", table(["n", "λ_c", "drift at 0.99 λ_c", "at 1.01 λ_c"], lines)])
+    counts = dict[str, dict]()
+    for row in rows:
+        if row["kind"] != "steps":
+            known = counts.setdefault(row["kind"], {"kind": row["kind"]} | dict.fromkeys(COUNTS, 0))
+            known |= {key: known[key] + row[key] for key in COUNTS}
+    steps = [row for row in rows if row["kind"] == "steps"]
+    both = {"drift at 0.99 λ_c": "{below:.1e}", "at 1.01 λ_c": "{above:.1e}"}
+    return "\n".join(
+        [
+            listed(counts.values(), {key.replace("_", " "): f"{{{key}}}" for key in ("kind", *COUNTS)}),
+            "",
+            listed(steps, {"n": "{n}", "λ_c": "{load_factor:.4f}"} | both),
+        ]
+    )
 
 
 def figures(rows: list[dict]) -> dict:

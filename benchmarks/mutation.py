@@ -27,15 +27,13 @@ ROOT = Path(__file__).parents[1]
 FOLDERS = ("bounds", "programs", "motion", "long_term", "joint", "models/importing")
 PLACES = 200
 SECONDS = 900  # of tests that do not end: the change is noticed
-COMPARED = {
+CHANGED = {  # what stands for an operator, and what is put there
     ast.Lt: ("<", "<="),
     ast.LtE: ("<=", "<"),
     ast.Gt: (">", ">="),
     ast.GtE: (">=", ">"),
     ast.Eq: ("==", "!="),
     ast.NotEq: ("!=", "=="),
-}
-COMBINED = {
     ast.Add: ("+", "-"),
     ast.Sub: ("-", "+"),
     ast.Mult: ("*", "/"),
@@ -76,12 +74,12 @@ def places(path: Path) -> Iterator[Place]:
             for before, operator, after in zip(
                 [node.left, *node.comparators], node.ops, node.comparators, strict=False
             ):
-                if type(operator) in COMPARED:
-                    yield from between(before, after, *COMPARED[type(operator)])
-        elif isinstance(node, ast.BinOp) and type(node.op) in COMBINED:
-            yield from between(node.left, node.right, *COMBINED[type(node.op)])
+                if type(operator) in CHANGED:
+                    yield from between(before, after, *CHANGED[type(operator)])
+        elif isinstance(node, ast.BinOp) and type(node.op) in CHANGED:
+            yield from between(node.left, node.right, *CHANGED[type(node.op)])
         elif isinstance(node, ast.BoolOp):
-            yield from between(node.values[0], node.values[1], *COMBINED[type(node.op)])
+            yield from between(node.values[0], node.values[1], *CHANGED[type(node.op)])
         elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
             yield Place(name, node.lineno, node.col_offset, "-", "")
         elif isinstance(node, ast.Constant) and type(node.value) in (int, float):

@@ -295,7 +295,7 @@ class ArcLimits:
         self._fB = problem.law.limit_rows(problem.B).reshape(n, n, d)
         self._A = problem.A.reshape(n, d, n, d)
         self._start, self._error = start, start_error
-        self.reach = np.linalg.norm(self._fB, axis=2) + np.linalg.norm(self._A, axis=(1, 3))
+        self.reach = _reach(problem)
         fB, A, size = self._fB.reshape(n, -1), problem.A, np.abs(start)
         self._locked = fB @ start, (A @ start).reshape(n, d)
         self._terms = np.abs(fB) @ size, (np.abs(A) @ size).reshape(n, d)
@@ -339,6 +339,14 @@ class ArcLimits:
         for x in range(e.shape[1]):
             rows += e[:, x, None, None] * self._A[i, x, arcs.node]
         return arcs.least(rows) - MARGIN * self.reach[i, arcs.node]
+
+
+@once_per_problem
+def _reach(problem: Problem) -> FloatArray:
+    """(n, n): what slip of a node changes at most in the limit of another [force/length]."""
+    n, d = problem.n, problem.directions
+    fB, A = problem.law.limit_rows(problem.B).reshape(n, n, d), problem.A.reshape(n, d, n, d)
+    return np.asarray(np.linalg.norm(fB, axis=2) + np.linalg.norm(A, axis=(1, 3)))
 
 
 @once_per_problem

@@ -452,20 +452,14 @@ def pressed_limits(limits: BallLimits, problem: Problem) -> BallLimits:
     For the closed joint whose limits they are. Pressures are linear in λ, so the least of a node's load steps
     at λ and that of the constant part and of the transient suffice.
     """
-    loop, n = loading(problem), problem.n
-    before = np.zeros((0, n)) if problem.p_transient is None else problem.p_transient
-    G, slopes = -problem.B, -problem.B @ limits.metric.inverse
+    loop, slopes = loading(problem), -problem.B @ limits.metric.inverse
     spread = (1.0 + SIX_DIGITS) * np.linalg.norm(slopes, axis=1)  # strictly positive
-    pressed = Rows(
-        np.vstack([G, G]),
-        np.vstack([slopes, slopes]),
-        np.append(-loop.p1.min(axis=0), np.zeros(n)),
-        np.append(loop.p0, np.vstack([loop.p0, before]).min(axis=0)),
-        np.append(spread, spread),
-        np.append(limits.closed, limits.closed),
-        np.append(loop.p1.argmin(axis=0), np.full(n, -1)),
-    )
-    return replace(limits, rows=pressed.followed_by(limits.rows))
+    node, step = limits.closed, loop.p1.argmin(axis=0)
+    rows = Rows(-problem.B, slopes, -loop.p1.min(axis=0), loop.p0, spread, node, step)
+    _, before = problem.layout.split(transient_path(problem))
+    constant = np.vstack([loop.p0, before]).min(axis=0)
+    rows = rows.followed_by(rows._replace(d=0.0 * rows.d, g=constant, side=np.full(problem.n, -1)))
+    return replace(limits, rows=rows.followed_by(limits.rows))
 
 
 def without_margin(zone: Zone, limits: BallLimits) -> str:
