@@ -18,7 +18,7 @@ from benchmarks.display import listed
 from benchmarks.problems import joint
 from benchmarks.refinement import block_on_plane
 from shakedown import Problem, energy_ball, energy_bound, transient_limit, upper_bound
-from shakedown.bounds.uniqueness.coupling import coupling
+from shakedown.bounds.coupling import coupling
 from shakedown.motion.evolution import Evolution
 
 TITLE = "The energy bound: how sharp it is"

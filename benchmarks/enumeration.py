@@ -10,8 +10,8 @@ import shakedown
 from benchmarks.display import curve, listed, panels
 from benchmarks.problems import joint
 from benchmarks.timing import median_time
-from shakedown.bounds.enumeration.intersection import scaled_rows
-from shakedown.bounds.enumeration.walk_kernel import Tree, pieces
+from shakedown.bounds.intersection import scaled_rows
+from shakedown.bounds.walk_kernel import Tree, pieces
 from shakedown.joint.constraints import constraints
 
 TITLE = "Critical load factors: time per subset"

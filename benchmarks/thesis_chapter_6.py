@@ -19,7 +19,7 @@ def _equations() -> list[Entry]:
     return [
         entry(
             "(6.4)–(6.10)", "determinants of two slipping nodes; uniqueness in contact",
-            "benchmarks.corner_report.pair_thresholds shakedown.friction_thresholds shakedown.bounds.uniqueness.coupling.unique_in_contact",
+            "benchmarks.corner_report.pair_thresholds shakedown.friction_thresholds shakedown.bounds.coupling.unique_in_contact",
         ),
         entry("(6.15), (6.16)", "slips with both nodes at their limits", "benchmarks.corner_report"),
         entry(

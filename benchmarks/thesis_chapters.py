@@ -7,7 +7,7 @@ from benchmarks.corner_report import pair_thresholds
 from benchmarks.receding import cycles, zones
 from benchmarks.thesis_entry import Entry, entry
 from shakedown import Problem
-from shakedown.bounds.enumeration.critical import subset_count
+from shakedown.bounds.critical import subset_count
 from shakedown.ground.constants import FloatArray
 from shakedown.motion.evolution import evolve
 
@@ -102,7 +102,7 @@ def chapter_4() -> list[Entry]:
         ),
         entry("(4.21), (4.24)", "extremal constraints", "shakedown.joint.constraints"),
         entry(
-            "4.3.2", "wedging: |A v| ≤ f B v, its friction; the slip that wedges is drawn", "shakedown.bounds.uniqueness.friction_thresholds.Wedging",
+            "4.3.2", "wedging: |A v| ≤ f B v, its friction; the slip that wedges is drawn", "shakedown.bounds.friction_thresholds.Wedging",
             computed=limits.wedging.value, figure="planes-wedging",
         ),
         entry(
@@ -168,7 +168,7 @@ def _nine_nodes() -> list[Entry]:
     least = 1e-9 * np.abs(upper.slip).max()  # less is round-off
     return [
         entry("5.4, figs 5.5, 5.6", "cantilevered block h × 4.5h", "benchmarks.bodies.blocks.cantilevered_block"),
-        entry("5.4", "subsets of nine nodes", "shakedown.bounds.enumeration.critical.subset_count", "43758", subset_count(9)),
+        entry("5.4", "subsets of nine nodes", "shakedown.bounds.critical.subset_count", "43758", subset_count(9)),
         entry(
             "5.4", "λ_min", "shakedown.critical_load_factors", "0.0013",
             critical.smallest_positive.load_factor, OTHER_BLOCK,

@@ -108,7 +108,7 @@ def solve(
 @option("--all", "list_all", is_flag=True, help="List every critical load factor, sorted.")
 def critical(problem: Problem, budget: int, list_all: bool) -> Answer:
     """All critical load factors of FILE: (n+1)-subsets of the 2n constraints."""
-    from shakedown.bounds.enumeration.critical import subset_count  # loads a solver
+    from shakedown.bounds.critical import subset_count  # loads a solver
 
     if problem.directions == 1:
         n, smooth = problem.n, len(problem.law.smooth)

@@ -11,7 +11,7 @@ import click
 
 import shakedown
 from shakedown import Outcome, Problem
-from shakedown.campaign.pieces import cluster_executor
+from shakedown.files.pieces import cluster_executor
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.shown_values import shortened
 from shakedown.report.study_facts import SAMPLED, damping_sheet, map_sheet, refinement_sheet, sweep_sheet

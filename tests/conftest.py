@@ -21,7 +21,9 @@ gc.set_threshold(50_000, 20, 20)  # as the command line does: at 700 the search 
 
 POSIX = (  # pipes, signals, devices, limits of a process
     "benchmarks",
-    "campaign",
+    "files/test_cluster.py",
+    "files/test_damaged_pieces.py",
+    "files/test_pieces.py",
     "cli/test_border.py",
     "cli/test_map_command.py",
     "files/test_atomic_write.py",
@@ -34,7 +36,7 @@ HERE = Path(__file__).parent
 FIRST = (  # what compiles the most, each worker other kernels; then what needs those of the first file at most
     "tests/assessment/test_assess.py",
     "tests/motion/space/test_directed_motion.py",
-    "tests/bounds/enumeration/",
+    "tests/bounds/test_critical.py",
     "tests/bounds/energy/",
     "tests/bounds/every_state/",
     "tests/programs/",

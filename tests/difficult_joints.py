@@ -25,7 +25,7 @@ def scaled_to(A: np.ndarray, B: np.ndarray, ratio: float) -> tuple[np.ndarray, n
 
 
 def coupling_of(A: np.ndarray, fB: np.ndarray) -> float:
-    """ρ* of stiffness matrices (``bounds.uniqueness.coupling``); inf above critical friction."""
+    """ρ* of stiffness matrices (``bounds.coupling``); inf above critical friction."""
     sides = np.stack([A - fB, A + fB])
     own = np.diagonal(sides, axis1=1, axis2=2)
     if own.min() <= 0:

@@ -16,8 +16,8 @@ from partly_open import SOME, partly_open
 import shakedown
 from benchmarks.problems import random_problem
 from shakedown import BOUNDS, Problem
+from shakedown.bounds.coupling import coupling
 from shakedown.bounds.onset import first_opening, first_slip
-from shakedown.bounds.uniqueness.coupling import coupling
 from shakedown.motion.evolution import evolve
 from shakedown.motion.fixed_steps import FixedSteps
 

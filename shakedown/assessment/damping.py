@@ -16,8 +16,8 @@ from shakedown.assessment.transient_limit import transient_limit
 from shakedown.bounds.energy.energy_bound import energy_bound
 from shakedown.bounds.every_state.universal_bound import universal_bound
 from shakedown.bounds.named_start import named_start
-from shakedown.campaign.pieces import finished
 from shakedown.files.atomic_write import write_table
+from shakedown.files.pieces import finished
 from shakedown.ground.argument_kinds import check_count, check_seed
 from shakedown.ground.constants import CYCLES, MOST_ENTRIES, NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError, attempt_any

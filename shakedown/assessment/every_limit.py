@@ -15,11 +15,11 @@ from numpy.typing import ArrayLike
 
 from shakedown.assessment.sensitivities import Sensitivities, sensitivities
 from shakedown.bounds.bound_result import Bound
+from shakedown.bounds.critical import subset_count
 from shakedown.bounds.energy.energy_ball import NO_SAFE_SLIP, EnergyBall, energy_ball
-from shakedown.bounds.enumeration.critical import subset_count
+from shakedown.bounds.friction_thresholds import FrictionThresholds, friction_thresholds
 from shakedown.bounds.onset import Onset, first_opening, first_slip, leaves_cone
 from shakedown.bounds.registry import BOUNDS, BoundKind, Claim, kinds_of, takes_long
-from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, friction_thresholds
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.constants import CONE, EACH_SHOWN, NOTABLE, FloatArray
 from shakedown.ground.errors import Missing, SolverError, attempt, attempt_any, present

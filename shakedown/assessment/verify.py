@@ -13,7 +13,7 @@ from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.plan import BELOW, NO_ZONE, Case, case_as_given, plan_steps
 from shakedown.assessment.transient_limit import SlipLimit
 from shakedown.bounds.bound_result import Bound, open_ends
-from shakedown.bounds.enumeration.critical import CriticalLoadFactors, critical_load_factors
+from shakedown.bounds.critical import CriticalLoadFactors, critical_load_factors
 from shakedown.bounds.registry import BOUNDS, Claim, kinds_of, takes_long
 from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.constants import CYCLES, MOST_ENTRIES

@@ -13,8 +13,8 @@ import clarabel
 import numpy as np
 from scipy import sparse
 
-from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
-from shakedown.bounds.discs.scaled_solution import scaled_discs
+from shakedown.bounds.disc_rows import DiscRows, zone_rows
+from shakedown.bounds.scaled_solution import scaled_discs
 from shakedown.ground.constants import CONE, FloatArray
 from shakedown.ground.errors import Missing, SolverError, UsageError, attempt, not_installed
 from shakedown.ground.status import Status

@@ -1,4 +1,15 @@
-"""The largest load factor with a safe slip, and what proves it; which nodes stay open, by a search."""
+"""The largest load factor with a safe slip, and what proves it; which nodes stay open, by a search.
+
+λ_max in space, call by call:
+
+1. ``upper.upper_bound`` (public) has ``chosen_zone`` say which nodes stay open; ``disc_rows.zone_rows``
+   writes the limits, one disc a node and load step.
+2. Here ``_solved`` states the program in numbers near 1 and has it solved by
+   ``scaled_solution.solve_scaled``.
+3. ``solve_scaled`` calls ``programs.self_dual.solve_discs``, and that ``solve_self_dual``: there λ_max is
+   computed, by interior points. Back in ``solve_scaled`` Newton's method brings it to round-off.
+4. Back here, ``_proved`` proves two load factors around it (``enclosure``).
+"""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -16,9 +27,9 @@ from shakedown.bounds.certificate import (
     load_factor_program,
     significant,
 )
-from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
-from shakedown.bounds.discs.enclosure import UNPROVED, enclosed, proved_infeasible, proved_unbounded
-from shakedown.bounds.discs.scaled_solution import (
+from shakedown.bounds.disc_rows import DiscRows, zone_rows
+from shakedown.bounds.enclosure import UNPROVED, enclosed, proved_infeasible, proved_unbounded
+from shakedown.bounds.scaled_solution import (
     Carrying,
     UnscaledSolution,
     safest,

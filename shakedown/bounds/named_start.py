@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from shakedown.bounds.collapse.lower import lower_bound
+from shakedown.bounds.lower import lower_bound
 from shakedown.bounds.upper import safe_slip
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError

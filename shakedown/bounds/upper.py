@@ -13,9 +13,9 @@ from shakedown.bounds.bound_result import (
     SafeSlip,
 )
 from shakedown.bounds.certificate import UPPER_CERTIFIED_UP_TO
-from shakedown.bounds.discs.disc_rows import DiscRows, zone_rows
-from shakedown.bounds.discs.scaled_solution import safest, scaled_discs, solve_scaled
+from shakedown.bounds.disc_rows import DiscRows, zone_rows
 from shakedown.bounds.largest_load_factor import chosen_zone, largest_load_factor, relieving
+from shakedown.bounds.scaled_solution import safest, scaled_discs, solve_scaled
 from shakedown.ground.constants import CONE, LARGE, FloatArray
 from shakedown.ground.errors import Missing, attempt
 from shakedown.ground.status import Status

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.bounds.accumulated.accumulated_bound import total_slip_bound
+from shakedown.bounds.accumulated_bound import total_slip_bound
 from shakedown.files.atomic_write import write_csv
 from shakedown.files.vtk_points import write_points, write_points_series
 from shakedown.ground.argument_kinds import check_count

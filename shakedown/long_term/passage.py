@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 
-from shakedown.bounds.accumulated.accumulated_bound import ACCURACY, accumulated_bound, total_slip_bound
+from shakedown.bounds.accumulated_bound import ACCURACY, accumulated_bound, total_slip_bound
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.energy.energy_ball import no_ball_holds
 from shakedown.bounds.energy.energy_bound import energy_bound

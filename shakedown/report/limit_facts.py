@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
     from shakedown.assessment.every_limit import JointLimits
     from shakedown.bounds.bound_result import Bound
-    from shakedown.bounds.uniqueness.friction_thresholds import Threshold, Wedging
+    from shakedown.bounds.friction_thresholds import Threshold, Wedging
     from shakedown.joint.problem import Problem
 
 SAME = 1e-3  # relative difference of two thresholds that is not shown

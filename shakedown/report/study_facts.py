@@ -21,7 +21,7 @@ from shakedown.report.run_facts import DOES
 if TYPE_CHECKING:
     from shakedown.assessment.damping import DampingCurve
     from shakedown.bounds.bound_result import Bound
-    from shakedown.bounds.enumeration.critical import CriticalLoadFactors
+    from shakedown.bounds.critical import CriticalLoadFactors
     from shakedown.ground.constants import FloatArray
     from shakedown.joint.problem import Problem
     from shakedown.studies.basin_map import InitialStateMap
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 def critical_sheet(problem: Problem, found: CriticalLoadFactors) -> Sheet:
     """The smallest critical load factor, where its limits meet, and where asked for all of them."""
-    from shakedown.bounds.collapse.lower import lower_bound  # loads the solvers
+    from shakedown.bounds.lower import lower_bound  # loads the solvers
 
     facts, texts = critical_facts(found, lower_bound(problem))
     smallest, tables = found.smallest_positive, []

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.campaign.pieces import Arrays, run_pieces
 from shakedown.files.atomic_write import atomic_write, check_target
+from shakedown.files.pieces import Arrays, run_pieces
 from shakedown.ground.constants import CYCLES, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import plain

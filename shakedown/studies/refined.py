@@ -17,8 +17,8 @@ from scipy.optimize import brentq
 from shakedown.assessment.assess import Assessment, assess
 from shakedown.assessment.every_limit import THREE_NUMBERS
 from shakedown.assessment.transient_limit import slip_limit
-from shakedown.campaign.pieces import Arrays, Progress, as_text, function_stamp, run_pieces, text_of
 from shakedown.files.atomic_write import check_table, write_table
+from shakedown.files.pieces import Arrays, Progress, as_text, function_stamp, run_pieces, text_of
 from shakedown.ground.constants import MINOR, THREE_DIGITS, FloatArray
 from shakedown.ground.errors import Missing, UsageError, attempt, present
 from shakedown.ground.shown_values import plain, short, shortened

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.bounds.registry import BOUNDS, Claim, kinds_of
-from shakedown.campaign.pieces import Arrays, Progress, as_text, function_stamp, run_pieces, text_of
 from shakedown.files.atomic_write import check_table, write_table
+from shakedown.files.pieces import Arrays, Progress, as_text, function_stamp, run_pieces, text_of
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import ShakedownError, UsageError
 from shakedown.ground.shown_values import plain, shortened, with_unit

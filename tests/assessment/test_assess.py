@@ -10,8 +10,8 @@ import shakedown
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from benchmarks.problems import random_problem
 from shakedown.assessment.every_limit import admitted_up_to
+from shakedown.bounds import accumulated_bound as accumulated_module
 from shakedown.bounds import upper as upper_module
-from shakedown.bounds.accumulated import accumulated_bound as accumulated_module
 from shakedown.ground.status import LimitsVerdict
 from shakedown.joint.constraints import loading
 from tests.joints import any_joint

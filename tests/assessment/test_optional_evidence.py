@@ -12,10 +12,10 @@ from shakedown.ground.errors import SolverError
 WHY = "made to fail"
 CERTIFICATES = [
     "bounds.largest_load_factor.certified_upper",
-    "bounds.collapse.lower.certified_lower",
+    "bounds.lower.certified_lower",
     "bounds.energy.energy_bound._certificate",
 ]
-OF_SOLVE = [*CERTIFICATES, "bounds.uniqueness.friction_thresholds.wedging_threshold"]
+OF_SOLVE = [*CERTIFICATES, "bounds.friction_thresholds.wedging_threshold"]
 OF_VERIFY = [*OF_SOLVE, "assessment.transient_limit.transient_limit", "long_term.state.energy_ball"]
 ANSWERS = [("lower", "load_factor"), ("upper", "load_factor"), ("energy", "load_factor"), ("lower", "slip"),
            ("upper", "slip"), ("upper", "least_load_factor"), ("universal", "node")]  # fmt: skip
@@ -83,7 +83,7 @@ def _verified():
 @pytest.mark.parametrize(
     ("step", "name", "bound"),
     [
-        ("bounds.collapse.proof_status.lift_off_bound", "two-node", "universal"),
+        ("bounds.proof_status.lift_off_bound", "two-node", "universal"),
         ("bounds.every_state.universal_bound.least_pressure_bound", "three-node", "universal"),
         ("bounds.energy.energy_bound.largest_load_factor", "two-node", "energy"),
     ],

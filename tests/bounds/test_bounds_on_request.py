@@ -9,8 +9,8 @@ from joints import safe_later
 import shakedown
 from benchmarks.problems import joint
 from shakedown import Problem
-from shakedown.bounds.collapse.proof_status import GuaranteeEvidence, guarantee_status
 from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
+from shakedown.bounds.proof_status import GuaranteeEvidence, guarantee_status
 
 
 @pytest.mark.parametrize("n", [1, 2, 5, 12])

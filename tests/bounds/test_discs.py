@@ -120,9 +120,9 @@ def exact_slack(problem: Problem, slip: np.ndarray, load_factor: float) -> bool:
 @pytest.mark.parametrize("seed", range(4))
 def test_what_is_proved_holds_in_rational_arithmetic(seed):
     """The slip next to the low end is safe exactly; above the high end the program of Clarabel has none."""
-    from shakedown.bounds.discs import enclosure
-    from shakedown.bounds.discs.disc_rows import disc_rows
-    from shakedown.bounds.discs.scaled_solution import scaled_discs, solve_scaled
+    from shakedown.bounds import enclosure
+    from shakedown.bounds.disc_rows import disc_rows
+    from shakedown.bounds.scaled_solution import scaled_discs, solve_scaled
 
     problem = random_joint(np.random.default_rng(seed), 3)
     rows = disc_rows(problem)
@@ -139,9 +139,9 @@ def test_the_high_end_is_that_of_multipliers_that_balance_exactly(seed):
     """What U3 says is there, found in rational arithmetic: within its bound, in the cones, no higher."""
     from flint import fmpq, fmpq_mat
 
-    from shakedown.bounds.discs import enclosure
-    from shakedown.bounds.discs.disc_rows import disc_rows
-    from shakedown.bounds.discs.scaled_solution import scaled_discs, solve_scaled
+    from shakedown.bounds import enclosure
+    from shakedown.bounds.disc_rows import disc_rows
+    from shakedown.bounds.scaled_solution import scaled_discs, solve_scaled
 
     def exact(values):
         return [fmpq(*float(x).as_integer_ratio()) for x in np.ravel(values)]

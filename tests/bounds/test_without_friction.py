@@ -6,9 +6,9 @@ from scipy.optimize import linprog
 
 import shakedown
 from shakedown import Outcome, Problem, Status
-from shakedown.bounds.collapse.proof_status import lift_off_bound
-from shakedown.bounds.enumeration.critical import subset_count
+from shakedown.bounds.critical import subset_count
 from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
+from shakedown.bounds.proof_status import lift_off_bound
 from shakedown.joint.constraints import constraints, loading
 from tests.joints_in_space import embedded
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.bounds.enumeration.critical import subset_count
+from shakedown.bounds.critical import subset_count
 from shakedown.motion.evolution import evolve
 
 JOINT = shakedown.example("two-node")

@@ -16,9 +16,9 @@ from public_names import public
 
 import shakedown
 from shakedown.bounds.bound_result import Evidence
+from shakedown.bounds.coupling import coupling, unique_in_contact
 from shakedown.bounds.every_state.universal_bound import least_pressure_bound
 from shakedown.bounds.independent_solver import conic_upper_bound
-from shakedown.bounds.uniqueness.coupling import coupling, unique_in_contact
 from shakedown.joint.constraints import constraints, loading
 from shakedown.joint.result import WIDTH, Result
 from shakedown.motion.evolution import evolve

@@ -8,9 +8,9 @@ from typing import TypeGuard
 
 import numpy as np
 
-from shakedown.bounds.discs.scaled_solution import polished
 from shakedown.bounds.energy.about_slip import LimitsAbout, limits_about
 from shakedown.bounds.energy.ball_limits import BallLimits, Places
+from shakedown.bounds.scaled_solution import polished
 from shakedown.ground.constants import (
     ALTERNATIONS,
     FOUR_DIGITS,

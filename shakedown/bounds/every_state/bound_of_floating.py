@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.bounds.discs.disc_rows import DiscRows
+from shakedown.bounds.coupling import Uniqueness, least_of_sums
+from shakedown.bounds.disc_rows import DiscRows
 from shakedown.bounds.every_state.least_pressures import (
     LeastPressures,
     ScaledJoint,
@@ -16,7 +17,6 @@ from shakedown.bounds.every_state.least_pressures import (
     slip_curves,
 )
 from shakedown.bounds.largest_load_factor import largest_load_factor
-from shakedown.bounds.uniqueness.coupling import Uniqueness, least_of_sums
 from shakedown.ground.constants import EPS, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS, FloatArray, Mask
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances

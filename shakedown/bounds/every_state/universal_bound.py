@@ -7,9 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from shakedown.bounds.bound_result import Bound, Evidence
-from shakedown.bounds.collapse.lower import lower_bound
-from shakedown.bounds.collapse.proof_status import Argument
-from shakedown.bounds.discs.scaled_solution import safe_under_mean_load
+from shakedown.bounds.coupling import Uniqueness
 from shakedown.bounds.every_state.bound_of_floating import Reach, floating_reach, unique_rates
 from shakedown.bounds.every_state.least_pressures import (
     LeastPressures,
@@ -22,7 +20,9 @@ from shakedown.bounds.every_state.least_pressures import (
     scaled_joint,
     slip_curves,
 )
-from shakedown.bounds.uniqueness.coupling import Uniqueness
+from shakedown.bounds.lower import lower_bound
+from shakedown.bounds.proof_status import Argument
+from shakedown.bounds.scaled_solution import safe_under_mean_load
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import Missing, UsageError, attempt, present
 from shakedown.ground.status import Status

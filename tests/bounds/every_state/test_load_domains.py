@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.bounds.collapse.proof_status import lift_off_bound
+from shakedown.bounds.proof_status import lift_off_bound
 from shakedown.joint.constraints import loading
 
 

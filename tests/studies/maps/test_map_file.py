@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.campaign import pieces
+from shakedown.files import pieces
 
 JOINT = shakedown.example("two-node")
 KEYS = ("initial_slip", "final_slip", "outcome", "period", "dissipation", "load_factor")

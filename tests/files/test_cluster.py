@@ -8,11 +8,11 @@ from importlib import import_module
 from types import SimpleNamespace
 
 import pytest
-from campaign_works import Deadly, Squares, done, squares
+from pieces_works import Deadly, Squares, done, squares
 
-from shakedown.campaign import pieces as module
-from shakedown.campaign import pieces as pieces_module
-from shakedown.campaign.pieces import cluster_executor, run_pieces
+from shakedown.files import pieces as module
+from shakedown.files import pieces as pieces_module
+from shakedown.files.pieces import cluster_executor, run_pieces
 from shakedown.ground import code_cache
 from shakedown.ground.errors import SolverError, UsageError
 

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.linalg import null_space
 
-from shakedown.bounds.uniqueness.coupling import (
+from shakedown.bounds.coupling import (
     LARGEST_SET,
     NEVER,
     LostAt,
@@ -90,7 +90,7 @@ def wedging_threshold(stiffness: ScaledStiffness, safe: float) -> Wedging:
     Examples
     --------
     >>> import numpy as np, shakedown
-    >>> from shakedown.bounds.uniqueness.coupling import scaled_stiffness
+    >>> from shakedown.bounds.coupling import scaled_stiffness
     >>> one = scaled_stiffness(shakedown.example("one-node"), np.ones(1), shakedown.Tolerances())
     >>> round(wedging_threshold(one, 0.0).value, 6)
     2.0

@@ -17,7 +17,7 @@ from shakedown.bounds.certificate import (
     load_factor_program,
     significant,
 )
-from shakedown.bounds.collapse.proof_status import GuaranteeEvidence, GuaranteeStatus, guarantee_status
+from shakedown.bounds.proof_status import GuaranteeEvidence, GuaranteeStatus, guarantee_status
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.constants import ITERATIONS, NEGLIGIBLE, SETTLED, FloatArray
 from shakedown.ground.errors import Missing, attempt

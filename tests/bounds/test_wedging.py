@@ -6,7 +6,7 @@ import pytest
 import shakedown
 from benchmarks.problems import joint
 from shakedown import Problem
-from shakedown.bounds.uniqueness.friction_thresholds import PROGRAMS
+from shakedown.bounds.friction_thresholds import PROGRAMS
 from shakedown.ground.constants import SIX_DIGITS
 
 

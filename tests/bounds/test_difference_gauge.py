@@ -8,7 +8,7 @@ import pytest
 from difficult_joints import loaded, scaled_to, stiffness
 
 import shakedown
-from shakedown.bounds.uniqueness.coupling import coupling, difference_gauge
+from shakedown.bounds.coupling import coupling, difference_gauge
 
 
 def beyond_one(seed: int) -> shakedown.Problem:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.bounds.accumulated.arc_search import (
+from shakedown.bounds.arc_search import (
     ALL_AROUND,
     FINER,
     MARGIN,

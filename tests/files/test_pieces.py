@@ -8,17 +8,17 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import campaign_works
 import numpy as np
+import pieces_works
 import pytest
-from campaign_works import Deadly, Mistaken, Squares, done, squares
+from pieces_works import Deadly, Mistaken, Squares, done, squares
 
-from shakedown.campaign.pieces import run_pieces
 from shakedown.files.npz import example
+from shakedown.files.pieces import run_pieces
 from shakedown.ground.errors import SolverError, UsageError
 from shakedown.ground.work_limit import all_cores
 
-WORKS = Path(campaign_works.__file__)
+WORKS = Path(pieces_works.__file__)
 
 
 class Stopped(Exception):
@@ -122,7 +122,7 @@ def test_work_that_kills_its_workers_is_given_up_in_words_and_what_is_done_stays
 
 UNGUARDED = """
 import sys
-from campaign_works import Squares, run_pieces
+from pieces_works import Squares, run_pieces
 with run_pieces(Squares(weight=bytes(1 << 17)), 3, output=sys.argv[1], workers=2):
     pass
 """

@@ -12,7 +12,7 @@ import shakedown
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from benchmarks.problems import random_problem
 from shakedown import Problem
-from shakedown.bounds.accumulated.accumulated_bound import confirmed, total_slip_bound
+from shakedown.bounds.accumulated_bound import confirmed, total_slip_bound
 from shakedown.joint.constraints import loading
 
 

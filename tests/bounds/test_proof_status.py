@@ -9,8 +9,8 @@ import pytest
 
 import shakedown
 from shakedown import Problem
-from shakedown.bounds.collapse.proof_status import GuaranteeEvidence, guarantee_status, lift_off_bound
-from shakedown.bounds.uniqueness.coupling import coupling, relaxed, row_coupling_ratio, unique_in_contact
+from shakedown.bounds.coupling import coupling, relaxed, row_coupling_ratio, unique_in_contact
+from shakedown.bounds.proof_status import GuaranteeEvidence, guarantee_status, lift_off_bound
 
 
 def coupled_joint(seed: int, n: int, strength: float) -> Problem:

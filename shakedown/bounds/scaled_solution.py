@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
 
-from shakedown.bounds.discs.disc_rows import DiscRows, disc_rows
+from shakedown.bounds.disc_rows import DiscRows, disc_rows
 from shakedown.ground.constants import (
     CONE,
     FOUR_DIGITS,

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.bounds.uniqueness.coupling import (
+from shakedown.bounds.coupling import (
     coupling_limit,
     energy_limit,
     first_to_lose,
     scaled_stiffness,
     slipping_sets,
 )
-from shakedown.bounds.uniqueness.friction_thresholds import first_with_open_nodes, friction_used, wedged_slip
+from shakedown.bounds.friction_thresholds import first_with_open_nodes, friction_used, wedged_slip
 
 
 def scaled(problem):

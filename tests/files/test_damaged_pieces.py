@@ -6,10 +6,10 @@ import zipfile
 
 import numpy as np
 import pytest
-from campaign_works import Squares, squares
 from hostile.damaged_npz import BYTES, HEADERS, npy, with_header
+from pieces_works import Squares, squares
 
-from shakedown.campaign.pieces import read_arrays, run_pieces
+from shakedown.files.pieces import read_arrays, run_pieces
 from shakedown.ground.errors import ProblemError
 
 WORK = Squares()

@@ -10,7 +10,7 @@ import pytest
 import shakedown
 from benchmarks.problems import chain, joint
 from shakedown import Problem
-from shakedown.bounds.uniqueness.coupling import coupling, first_to_lose, scaled_stiffness, unique_in_contact
+from shakedown.bounds.coupling import coupling, first_to_lose, scaled_stiffness, unique_in_contact
 
 
 def exact_determinant(matrix) -> Fraction:

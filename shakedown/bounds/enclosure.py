@@ -11,8 +11,8 @@ from math import fsum, inf, nan, nextafter
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.bounds.discs.disc_rows import DiscRows, triples
-from shakedown.bounds.discs.scaled_solution import UnscaledSolution
+from shakedown.bounds.disc_rows import DiscRows, triples
+from shakedown.bounds.scaled_solution import UnscaledSolution
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import Missing
 from shakedown.ground.tolerances import Tolerances

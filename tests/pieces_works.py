@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from shakedown.campaign.pieces import run_pieces
+from shakedown.files.pieces import run_pieces
 
 
 @dataclass(frozen=True)

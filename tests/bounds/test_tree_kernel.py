@@ -6,7 +6,7 @@ import pytest
 import shakedown
 from benchmarks.problems import joint
 from shakedown import Problem
-from shakedown.bounds.enumeration import critical, walk_kernel
+from shakedown.bounds import critical, walk_kernel
 
 
 def half_coupled(seed: int, n: int) -> Problem:

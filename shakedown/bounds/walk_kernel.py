@@ -25,7 +25,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from shakedown.bounds.enumeration.intersection import (
+from shakedown.bounds.intersection import (
     NONE,
     ScaledRows,
     SubtreeFindings,

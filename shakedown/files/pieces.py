@@ -1,4 +1,15 @@
-"""Many pieces of work: here, on processes or a cluster, each kept in a file as soon as it is done."""
+"""Many pieces of work: here, on processes or a cluster, each kept in a file as soon as it is done.
+
+The work is a picklable function from the numbers 0 … count − 1 to arrays by name, the same ones whenever and
+wherever it is called; ``settings`` says what they depend on::
+
+    with run_pieces(work, count, settings=…, output="map.npz", resume=True, workers=4) as pieces:
+        ...  # write the result whole
+
+Until the block ends the pieces are NPZ files in ``map.npz.parts``, named by a hash of all that they depend on
+and their number; what a killed run left there is read when it is resumed. Make each about a second of work.
+The file that results depends neither on who did the work nor on how often it was interrupted.
+"""
 
 import json
 import logging

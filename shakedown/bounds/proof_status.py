@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.bounds.uniqueness.coupling import Uniqueness, coupling, difference_gauge, unique_in_contact
+from shakedown.bounds.coupling import Uniqueness, coupling, difference_gauge, unique_in_contact
 from shakedown.ground.errors import Missing, attempt
 from shakedown.ground.shown_values import up
 from shakedown.ground.status import Guarantee

@@ -8,8 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from shakedown.bounds.collapse.lower import lower_bound
-from shakedown.bounds.enumeration.intersection import (
+from shakedown.bounds.intersection import (
     Intersection,
     SubtreeFindings,
     in_batches,
@@ -18,6 +17,7 @@ from shakedown.bounds.enumeration.intersection import (
     scaled_rows,
     solve_subsets,
 )
+from shakedown.bounds.lower import lower_bound
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import BudgetExceeded, UsageError
@@ -144,7 +144,7 @@ def critical_load_factors(
             solve_subsets(np.array(each), scaled, tolerances, values=values) for each in batches
         )
     else:
-        from shakedown.bounds.enumeration.walk_kernel import Tree, pieces  # compiled, loaded where it is used
+        from shakedown.bounds.walk_kernel import Tree, pieces  # compiled, loaded where it is used
 
         first = lower_bound(problem, certify=False, tolerances=tolerances).load_factor
         # just above λ_1, where there is one: no smaller positive load factor lies on the safe region
