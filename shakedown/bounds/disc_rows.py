@@ -10,10 +10,12 @@ from scipy import sparse
 from scipy.linalg import qr, solve_triangular
 
 from shakedown.ground.constants import CONE, FloatArray
+from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import (
     Constraints,
     Side,
+    constraints,
     loading,
     pressure_stiffness,
     rows_named,
@@ -74,7 +76,7 @@ class DiscRows:
     in_plane
         Whether all of them are half-spaces, for linear programs.
     solved
-        λ_max of these limits, once it is known, by how it was asked for.
+        The largest load factor of these limits, once it is known, by the tolerances that decide.
     """
 
     stiffness: FloatArray
@@ -85,7 +87,7 @@ class DiscRows:
     half_spaces: Constraints
     names: Indices
     in_plane: bool = False
-    solved: dict[object, Any] = field(default_factory=dict, init=False, repr=False)
+    solved: dict[Tolerances, Any] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def basis(self) -> Basis:
@@ -186,7 +188,7 @@ class DiscRows:
 
 @once_per_problem
 def disc_rows(problem: Problem) -> DiscRows:
-    """The limits of a joint in space with all nodes closed; built once per problem.
+    """The limits of a joint with all nodes closed; built once per problem.
 
     Examples
     --------
@@ -195,6 +197,8 @@ def disc_rows(problem: Problem) -> DiscRows:
     >>> rows.c[0], rows.e.tolist()
     (array([1.5, 0. , 0. ]), [[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
     """
+    if problem.directions == 1:
+        return _half_spaces_alone(constraints(problem))
     loop, law, rigid = loading(problem), problem.law, rigid_slips(problem)
     node, step = law.extreme_steps(loop.q1, loop.p1)
     constant = triples(law, loop.q0[None], loop.p0[None])[0]
@@ -218,12 +222,8 @@ def zone_rows(zone: Zone, transient: bool = False) -> DiscRows:
     UsageError
         If nodes are open before the transient.
     """
-    if zone.problem.directions == 1:
-        limits, no_disc = zone.rows(transient), np.zeros((0, CONE))
-        none = np.zeros(0, dtype=np.intp)
-        return DiscRows(
-            np.zeros((0, CONE, limits.n)), none, none, no_disc, no_disc, limits, none, in_plane=True
-        )
+    if zone.problem.directions == 1 and (transient or zone.open_nodes):
+        return _half_spaces_alone(zone.rows(transient))
     if transient:
         zone.check_transient()
     rows = disc_rows(zone.joint)
@@ -247,6 +247,12 @@ def zone_rows(zone: Zone, transient: bool = False) -> DiscRows:
         e=np.vstack([rows.e, np.zeros_like(before)]),
         half_spaces=stacked(rows.half_spaces, pressures),
     )
+
+
+def _half_spaces_alone(limits: Constraints) -> DiscRows:
+    """The limits of a joint in the plane."""
+    none, no_disc = np.zeros(0, dtype=np.intp), np.zeros((0, CONE))
+    return DiscRows(np.zeros((0, CONE, limits.n)), none, none, no_disc, no_disc, limits, none, in_plane=True)
 
 
 def triples(law: Law, q: FloatArray, p: FloatArray) -> FloatArray:

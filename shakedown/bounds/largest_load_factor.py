@@ -101,9 +101,7 @@ def largest_load_factor(
     SolverError
         If there is no end, or one that is not proved and misses its own conditions.
     """
-    if (balanced, tolerances) not in rows.solved:  # usually just solved, by the search of the zone
-        rows.solved[balanced, tolerances] = _limit(rows, balanced, tolerances)
-    found: Largest = rows.solved[balanced, tolerances]
+    found = _limit(rows, balanced, tolerances)
     if certified_for is not None:
         proved = _by_exact_arithmetic if rows.in_plane else _proved
         found = proved(certified_for, rows, found, tolerances)
@@ -144,7 +142,9 @@ def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> Largest:
     """The limit by programs."""
     direction = np.zeros(rows.stiffness.shape[-1])
     if rows.in_plane or not relieving(rows):
-        found = _solved(rows, -1.0, tolerances)
+        if tolerances not in rows.solved:  # usually just solved, by the search of the zone
+            rows.solved[tolerances] = _solved(rows, -1.0, tolerances)
+        found: Largest = rows.solved[tolerances]
         if found.status == Status.OPTIMAL:
             # λ_lo = 0 where λ_max is, as it is no larger
             least, missing = _least(rows, balanced or not found.load_factor, tolerances)
