@@ -9,7 +9,8 @@ proved), ``find_state`` (for one initial state, for many, and part by part of an
 
 Where a verdict is reached, "for ever" included: in the plane by ``plane.phase_loop.judge_period``, of one
 period that has come back to where it began; whether a drift lasts is decided before it, by
-``limit_search.LimitSearch._give_limit`` and ``plane.phase_loop.begin_leaps``. In space by ``SteadySearch``
+``plane.phase_loop.choose_phase`` where ``plane.period_map.find_limit`` has a limit, else by
+``limit_search.LimitSearch._give_limit``. In space by ``SteadySearch``
 in ``space.steady_search``: ``_at_rest``, ``_repeats``, ``_approaches``, ``_slips_for_ever``. At fixed steps
 by ``simulation.recorded_verdict``. Whatever a search from event to event has found, in the plane, too,
 ``space.steady_search.overruled_by_proofs`` has the last word: proofs of rest, and of slip in every cycle.

@@ -308,8 +308,9 @@ def long_term_states(
 ) -> LongTermStates:
     """Find the long-term state of a joint under its loading loop from each of many initial slips.
 
-    State by state the answer is that of :func:`long_term_state`. It depends neither on the
-    other states of the batch nor on the number of threads.
+    State by state the answer is that of :func:`long_term_state`. Only, of states in the plane that go
+    through the same contact states in every cycle and hardly slip, the first is compared with what is
+    proved, and the others where its answer changes.
 
     Parameters
     ----------

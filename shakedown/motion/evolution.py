@@ -1,7 +1,4 @@
-"""Quasi-static evolution of a joint, cycle by cycle, from event to event: in the plane and in space.
-
-The exact path of a joint over a number of cycles.
-"""
+"""Quasi-static evolution of a joint from event to event, cycle by cycle, and its path over some cycles."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,8 +1,7 @@
-"""What all methods of following a joint share, and walks of cycles from a start.
+"""What all methods of following a joint share.
 
-What one cycle of a motion did, the state between cycles, and why an evolution stopped.
-
-What following a joint from event to event in the plane and in space has in common.
+The state between cycles, what one cycle did and why an evolution stopped; walks of many cycles from a start;
+what following a joint from event to event has in common in the plane and in space.
 """
 
 from abc import ABC, abstractmethod

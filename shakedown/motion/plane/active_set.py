@@ -1,5 +1,7 @@
-"""Equations of the nodes that move, and the inverse of their matrix, updated as nodes change state.
+"""Which nodes move at an instant, and how: the equations of moving nodes, and their rates.
 
+Equations
+---------
 Displacements and reactions are stacked as u = (v, w) and r = (q, p), so that
 (2.10), (2.11) read r = r_w + κ u. A node that moves adds equations, each named
 by the displacement ``col`` that it frees and a coefficient ``coef``:
@@ -20,8 +22,8 @@ has worn out. That is done here by Gauss–Jordan elimination in place: LAPACK
 through numba (inverse and sign of the determinant) would add 2 s to the first
 compilation, is slower below 20 equations, and twice as fast at 60.
 
-Rates of slip and gap at one instant: which nodes at their limits move, and how.
-
+Rates
+-----
 Between samples the loading is linear in time, so that the evolution is
 piecewise linear and is known as soon as the rates after every event are. Given
 the rates ṙ_w of the welded reactions, each node has, by its *place* at the

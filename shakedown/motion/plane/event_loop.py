@@ -15,14 +15,15 @@ step by no more than round-off is touched, not reached.
 
 A load step is first tried as a quiet one (:func:`quiet_steps`);
 only where something happens in it is it followed from event to event. The loops
-return to Python after a stated amount of work, and can be entered again.
+return to Python after a stated amount of work, and can be entered again. Where
+pivoting finds no rates, contact states are enumerated from Python.
 
 Together with the motion its derivative with respect to the state at the start
 of a cycle can be followed: between events it is constant, because the rates do
 not depend on the state, and at an event at time τ it changes by (u̇⁻ − u̇⁺) ∂τ.
 
-Load steps without events: one solution for the end of the step, and its conditions.
-
+Quiet load steps
+----------------
 While the contact states stay as they are, displacements and reactions are linear
 in the load, so that a condition that holds at both ends of a load step holds
 within it. A whole load step is passed at once where
@@ -37,8 +38,6 @@ Everything else is left to the event loop, untouched.
 
 With all nodes stuck nothing moves, and a load step costs the comparison of its
 reactions with the limits.
-
-Where pivoting finds no rates contact states are enumerated, from Python.
 """
 
 from functools import cache

@@ -1,10 +1,12 @@
-"""One step of the slipping nodes along their smooth path: Dormand and Prince's pair of orders 5 and 4.
+"""One step of the slipping nodes along their smooth path: explicit, or implicit where some turn fast.
 
+Dormand and Prince's pair of orders 5 and 4
+-------------------------------------------
 Its last stage is the first of the next step. The weights of the polynomial between the ends, of order 4,
 are Shampine's (L. F. Shampine, Math. Comp. 46, 1986).
 
-One step of the slipping nodes where some of them turn fast: Radau's IIA method of order 5.
-
+Radau IIA of order 5
+--------------------
 A slipping node turns at a rate in proportion to 1/|q|, so that near the apex explicit steps are
 short though its path is smooth. Radau's steps are not (E. Hairer, G. Wanner, Solving Ordinary Differential
 Equations II, IV.8). With rates q̇_l at the stages, their reactions are q_m = q + h Σ a_ml q̇_l; unknown are the

@@ -1,11 +1,10 @@
-"""From event to event in space: along smooth curves, by the compiled loops of this subpackage.
+"""From event to event in space: along smooth curves, by the compiled loops of this subpackage; jumps.
 
-Jumps with two tangential directions: where there are no rates, a viscous system finds the next state.
-
-As in the plane (:mod:`shakedown.motion.viscous_jump`): implicit steps of D u̇ = −(out-of-balance) are
-static problems with the stiffness κ + D/Δt, and each of them is solved by following the motion of that
-stiffer system; where that would be endless, by sweeps over the nodes. The end state is then put into
-equilibrium exactly, nodes that still slip at the limit in their last direction.
+Where there are no rates, a viscous system finds the next state. As in the plane
+(:mod:`shakedown.motion.viscous_jump`): implicit steps of D u̇ = −(out-of-balance) are static problems with
+the stiffness κ + D/Δt, and each of them is solved by following the motion of that stiffer system; where that
+would be endless, by sweeps over the nodes. The end state is then put into equilibrium exactly, nodes that
+still slip at the limit in their last direction.
 """
 
 from typing import Any

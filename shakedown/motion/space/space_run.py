@@ -1,8 +1,7 @@
 """The data of one run of the compiled loops in space.
 
-A joint with two tangential directions and its moving state for compiled loops; arrays for paths.
-
-The data of a step along the smooth path in space, and the control of the next one.
+The joint and its moving state; arrays for the path; a step along the smooth path, and the control of the
+next one.
 """
 
 from typing import Any

@@ -1,7 +1,10 @@
-"""The stiffness with the places of open nodes exchanged: there the reaction is given, not the displacement.
+"""Speeds of slipping nodes, and the stiffness in which open nodes are unloaded.
 
-Of a free place the reaction is zero and the displacement follows from equilibrium. With these places
-exchanged (a principal pivot transform of κ) the outputs
+Exchanged places
+----------------
+Of an open node the reaction is given, not the displacement. Of a free place the reaction is zero and the
+displacement follows from equilibrium. With these places exchanged (a principal pivot transform of κ) the
+outputs
 
     out = reactions of the places that are not free, displacements of those that are
 
@@ -10,10 +13,11 @@ other nodes slip: an open node costs a closed one nothing until it closes again.
 its three places, closing it the same three: the exchange is its own inverse. Where one place is free
 and the other is not the matrix is antisymmetric, elsewhere symmetric, so that its rows serve as columns.
 
-Rates of slipping nodes: directions are those of the reactions, speeds solve linear equations.
-
-A node on its cone, |q| = f p, slips along u = −q/|q|. It stays there where the rate of its slack f p − |q|
-vanishes: with v̇ = μ u, for the speeds μ of all nodes that slip
+Speeds
+------
+Directions are those of the reactions, speeds solve linear equations. A node on its cone, |q| = f p, slips
+along u = −q/|q|. It stays there where the rate of its slack f p − |q| vanishes: with v̇ = μ u, for the speeds
+μ of all nodes that slip
 
     M μ + z = 0,    M_ij = u_i·A_ij u_j + f_i B_ij·u_j,    z_i = u_i·q̇_i + f_i ṗ_i  while nothing slips.
 """
