@@ -46,9 +46,7 @@ def confirmed(
     In the plane only. Of the arcs all is checked, of the bounds a and N.
     """
     A, B, f, e = (exact_numbers(each) for each in (problem.A, problem.B, problem.f, np.array([1.0, -1.0])))
-    a, N, total, x = (
-        exact_numbers(each) for each in (arcs.slip_alone, arcs.coupling, arcs.total, arcs.inverse)
-    )
+    a, N, total, x = (exact_numbers(each) for each in (arcs.alone, arcs.coupling, arcs.total, arcs.inverse))
     x, v, error, law = x.sum(axis=1), exact_numbers(start), exact_numbers(start_error), Law(f)
     q, p = problem.layout.split(_loads(problem, load_factor))
     # the load rises to the first one under these pressures
@@ -88,16 +86,8 @@ def _loads(problem: Problem, load_factor: float) -> Exact:
 
 
 ACCURACY = {1: SEVEN_DIGITS, 2: FOUR_DIGITS}  # relative, of the load factor, by the number of directions
-SECTOR_PARTS = {
-    1: (1,),
-    2: (1, SUBDIVISIONS**2),
-}  # numbers of parts of a 96th of the circle, undivided at first
-STEPS_BACK = (
-    0.0,
-    1e-9,
-    1e-7,
-    1e-5,
-)  # relative steps back from a load factor until its conditions are confirmed
+SECTOR_PARTS = {1: (1,), 2: (1, SUBDIVISIONS**2)}  # parts of a 96th of the circle, undivided at first
+STEPS_BACK = (0.0, 1e-9, 1e-7, 1e-5)  # from a load factor until its conditions are confirmed, relative
 REASONS = {
     "frictionless": "a node without friction slips under any load",
     START: "the first load step, or the mean load, leaves a node without pressure there",

@@ -197,7 +197,7 @@ class SlipArcs(Arcs):
 
     Attributes
     ----------
-    slip_alone : (K,)
+    alone : (K,)
         a, an upper bound on the slip of the node with all others at rest [length].
     coupling : (K, K)
         N, how much farther it slips per slip of each other node, ρ(N) < 1, zero diagonal [–].
@@ -205,17 +205,15 @@ class SlipArcs(Arcs):
         (I − N)⁻¹ ≥ 0.
     """
 
-    slip_alone: FloatArray
+    alone: FloatArray
     coupling: FloatArray
     inverse: FloatArray
 
     @property
     def total(self) -> FloatArray:
         """S ≥ a + N S, rounded up: how far in all, (K,) [length]."""
-        return np.asarray(
-            self.inverse
-            @ (self.slip_alone + NEGLIGIBLE * (self.slip_alone + self.slip_alone.max(initial=0.0)))
-        )
+        a = self.alone
+        return np.asarray(self.inverse @ (a + NEGLIGIBLE * (a + a.max(initial=0.0))))
 
     def multipliers(self, slack: FloatArray, slopes: FloatArray) -> FloatArray:
         """y ≥ 0 with y ≥ −c + Nᵀ y for slopes c (p, K), (p, K): so c · s ≥ −y · a for all s.
@@ -223,8 +221,8 @@ class SlipArcs(Arcs):
         The least such y where a quick one leaves nothing of slacks (p,), and the least may.
         """
         y = np.maximum(np.maximum(-slopes, 0.0) @ self.inverse - np.maximum(slopes, 0.0), 0.0)
-        short = np.flatnonzero((slack <= y @ self.slip_alone) & (slack > 0.0))
-        for some in np.array_split(short, len(short) * len(self.slip_alone) ** 2 // BLOCK + 1):
+        short = np.flatnonzero((slack <= y @ self.alone) & (slack > 0.0))
+        for some in np.array_split(short, len(short) * len(self.alone) ** 2 // BLOCK + 1):
             y[some] = self._least(y[some], slack[some], slopes[some])
         return y
 
@@ -236,12 +234,12 @@ class SlipArcs(Arcs):
         found, rows, taken = y.copy(), np.arange(len(y)), slopes < 0.0
         for _ in range(ITERATIONS):
             both = taken[:, :, None] & taken[:, None, :]
-            system = np.eye(len(self.slip_alone)) - np.where(both, self.coupling.T, 0.0)
+            system = np.eye(len(self.alone)) - np.where(both, self.coupling.T, 0.0)
             least = np.linalg.solve(system, np.where(taken, -slopes[rows], 0.0)[..., None])[..., 0]
             more = (least @ self.coupling > slopes[rows]) & ~taken
             ended = ~more.any(axis=1)
             found[rows[ended]] = np.maximum(least[ended], 0.0)
-            left = ~ended & (slack[rows] > least @ self.slip_alone)
+            left = ~ended & (slack[rows] > least @ self.alone)
             rows, taken = rows[left], (taken | more)[left]
             if not rows.size:
                 break
@@ -444,7 +442,7 @@ class ArcSearch:
         e, k = cells.corners[near], slack.shape[1]
         slopes = self.limits.slopes(cells.node[near].repeat(k), e.reshape(-1, cells.d), arcs)
         given = slack[near].ravel()
-        safe = given > arcs.multipliers(given, slopes) @ arcs.slip_alone
+        safe = given > arcs.multipliers(given, slopes) @ arcs.alone
         reached = np.zeros(len(cells.node), dtype=np.intp)
         reached[near] = np.sum(~safe.reshape(-1, k), axis=1)
         return reached

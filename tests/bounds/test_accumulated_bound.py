@@ -160,10 +160,10 @@ def test_the_check_notices_what_is_wrong() -> None:
 
     assert holds()
     assert not holds(at=bound.load_factor * 1.01)
-    assert not holds(slip_alone=arcs.slip_alone * 0.99)
+    assert not holds(alone=arcs.alone * 0.99)
     assert not holds(coupling=arcs.coupling * 0.99) or not arcs.coupling.any()
     assert not holds(off=0.01 * bound.total_slip.max())
-    fewer = {name: getattr(arcs, name)[1:] for name in ("node", "first", "last", "slip_alone")}
+    fewer = {name: getattr(arcs, name)[1:] for name in ("node", "first", "last", "alone")}
     part = arcs.coupling[1:, 1:]
     assert not holds(**fewer, coupling=part, inverse=np.linalg.inv(np.eye(len(part)) - part))
 
