@@ -37,7 +37,7 @@ from shakedown.joint.rigid_slips import can_creep
 from shakedown.joint.units import LoadUnit, load_units, require_loads, units_of
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.long_term.find_state import long_term_state
-from shakedown.long_term.passage import slip_after_transient
+from shakedown.long_term.motion_start import slip_after_transient
 from shakedown.long_term.state import LongTermState
 
 # of another amplitude

@@ -91,7 +91,7 @@ def joined_state(
         error=float(np.max([state.error for state in states])),
         signature=reduce(lambda known, state: (known ^ state.signature) * int(HASH_PRIME) % 2**64, states, 0),
         met=float(np.fmax.reduce([state.met for state in states])),
-        begun=replace(worst.begun, problem=problem, start=more["initial_slip"], open_nodes=open_nodes),
+        origin=replace(worst.origin, problem=problem, start=more["initial_slip"], open_nodes=open_nodes),
         goal=State(u, nodes(lambda state: state.goal.contact)),
         first_cycles=None,
         jumps=(),
