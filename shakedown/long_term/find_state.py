@@ -23,9 +23,9 @@ from shakedown.joint.arguments import (
     check_arguments,
     checked,
     checked_initial_slip,
-    lent,
     real_array,
     require_problem,
+    reused,
 )
 from shakedown.joint.contact_zone import Part, coupled_parts, of_nodes, of_slips
 from shakedown.joint.problem import Problem
@@ -219,7 +219,7 @@ def _search(
     """The last search on the problem where its settings are the same: by the map of a period, or in space."""
     kind = LimitSearch if problem.directions == 1 else SteadySearches
     build = partial(kind, problem, tolerances, *patience)
-    return lent(problem, "search", (tolerances, patience), build)
+    return reused(problem, "search", (tolerances, patience), build)
 
 
 @on_one_thread
