@@ -61,9 +61,7 @@ def averaged(problem: Problem, radius: float) -> Problem:
     else:
         knots = spread_knots(surface, np.full(problem.n, float(radius)))
     if len(knots) == problem.n:
-        logging.getLogger("shakedown").warning(
-            "no two of %d nodes within %g: not averaged", problem.n, radius
-        )
+        logging.getLogger("shakedown").warning("averaging over %g does nothing: elements are as long", radius)
     return between_knots(problem, surface, knots)
 
 
