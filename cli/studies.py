@@ -241,7 +241,7 @@ def refine(
     required=True,
     help="LOW:HIGH:COUNT or VALUE,VALUE,…: factors on the history of the load, rising.",
 )
-@option("--load", default="0", metavar="NAME", help="Which load, by name or number; one that varies.")
+@option("--load", metavar="NAME", help="Which load, by name or number. Default: the first that varies.")
 @option(
     "--initial",
     metavar="STATE",

@@ -251,18 +251,15 @@ class _Search:
         grid = np.geomspace(first, end, SCANNED + 1)[int(low == first) :]
         wanted = self.limits.accuracy or (FOUR_DIGITS if takes_long(self.problem) else SIX_DIGITS)
         below = low
-        for load_factor in grid.tolist():
-            if self._creeps(load_factor):
-                return bisected(self._rests, below, load_factor, lambda high: wanted * high)[1], end
-            below = load_factor
+        for high in grid.tolist():
+            if self._creeps(high):
+                return bisected(lambda x: not self._creeps(x), below, high, lambda x: wanted * x)[1], end
+            below = high
         return inf, end
 
     def _creeps(self, load_factor: float) -> bool:
         """Whether the slip is seen to grow from cycle to cycle, or the body slides away."""
         return is_creeping(self.history.at(load_factor))
-
-    def _rests(self, load_factor: float) -> bool:
-        return not self._creeps(load_factor)
 
     def _drift(self, seen: float) -> FloatArray:
         """The drift per cycle a little above λ_c."""

@@ -37,7 +37,7 @@ from shakedown.joint.rigid_slips import can_creep
 from shakedown.joint.units import LoadUnit, load_units, require_loads, units_of
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.long_term.find_state import long_term_state
-from shakedown.long_term.passage import slip_after_transient
+from shakedown.long_term.motion_start import slip_after_transient
 from shakedown.long_term.state import LongTermState
 
 # of another amplitude
@@ -263,7 +263,7 @@ def damping(
     problem: Problem,
     amplitudes: ArrayLike,
     *,
-    load: int | str = 0,
+    load: int | str | None = None,
     initial_slip: ArrayLike | None = None,
     open_nodes: Iterable[int] | Literal["auto"] = "auto",
     from_zero: bool = False,
@@ -288,7 +288,8 @@ def damping(
     amplitudes : (k,)
         Factors on the history of the load, rising, ≥ 0.
     load
-        Which load, by number or by its name in ``load_names``; the others are as they are.
+        Which load, by number or by its name in ``load_names``; by default the first that varies. The others
+        are as they are.
     initial_slip : (dn,), optional
         Where the first amplitude begins [length]; zero by default.
     open_nodes
@@ -576,16 +577,18 @@ def _alone_varying(problem: Problem, load: int) -> Problem | None:
     return replace(problem, q_mean=q_mean, p_mean=p_mean, **UNSTATED)
 
 
-def load_number(problem: Problem, load: int | str) -> int:
-    """The number of a load that is called by number or name.
+def load_number(problem: Problem, load: int | str | None) -> int:
+    """The number of a load that is called by number or name; by default the first that varies, else 0.
 
     Raises ``ProblemError`` where the joint does not know its loads, ``UsageError`` where there is no such
     load or the load steps are a load domain's.
     """
-    count = len(require_loads(problem)[0])
+    history = require_loads(problem)[1]
     if problem.is_domain:
         raise UsageError("problem: expected load steps in their order, found corners of a load domain")
-    names = problem.load_names or ()
+    if load is None:
+        return int(np.argmax(np.ptp(history, axis=0) > NEGLIGIBLE * np.abs(history).max(axis=0)))
+    count, names = history.shape[1], problem.load_names or ()
     named = names if len(names) == count else count * ("",)
     found = [k for k, own in enumerate(named) if own == load != ""]
     found = found or [k for k in range(count) if load in (k, str(k))]

@@ -362,11 +362,11 @@ class JointLimits(Result):
 
     def note_what_is_known(self) -> None:
         """Pass λ_max and the proved limits on to simulations; nothing where nodes stay open."""
-        from shakedown.long_term.passage import Passage, known_limits, note
+        from shakedown.long_term.motion_start import MotionStart, known_limits, store_bound
 
         if self.open_nodes:
             return
-        begun = partial(Passage, self.problem, 0.0, self.tolerances, open_nodes=())
+        origin = partial(MotionStart, self.problem, 0.0, self.tolerances, open_nodes=())
         found, _ = self.energy, self.upper
         for name, limit in vars(self).items():
             kind = BOUNDS.get(name)
@@ -375,7 +375,7 @@ class JointLimits(Result):
             if kind.claim in (Claim.IMPOSSIBLE, Claim.EVERY_STATE):
                 known_limits(self.problem)[name] = limit.load_factor
             elif kind.claim == Claim.THIS_STATE and self.distance == 0.0 and not limit.undecided:
-                note(begun(start=found.initial_slip), limit)
+                store_bound(origin(start=found.initial_slip), limit)
 
     @cached_property
     def mesh(self) -> MeshCheck:

@@ -19,7 +19,7 @@ from shakedown.ground.status import Status
 from shakedown.joint.constraints import transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.passage import arrives_closed, slip_after_transient
+from shakedown.long_term.motion_start import arrives_closed, slip_after_transient
 
 UNSAFE, BELOW, BETWEEN, ABOVE = "below λ_lo", "below λ_1", "between", "above λ_max"
 PROVED = "below λ_U"  # for a load domain, where λ_1 predicts nothing, and in space, where it does not exist

@@ -24,8 +24,8 @@ from shakedown.joint.arguments import checked, checked_initial_slip, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
-from shakedown.long_term.passage import BELOW as CERTAIN
-from shakedown.long_term.passage import Passage, bound_of_start
+from shakedown.long_term.motion_start import BELOW as CERTAIN
+from shakedown.long_term.motion_start import MotionStart, bound_of_start
 from shakedown.long_term.simulation import SlipCriterion, check_slip_below, slip_criterion
 from shakedown.long_term.state import LongTermState
 
@@ -216,8 +216,8 @@ class History:
 
 def _certain(history: History, top: float) -> list[float]:
     """The load factors up to which shakedown is proved from the start, within the scan."""
-    begun = Passage(history.problem, 0.0, history.tolerances, history.start, history.open_nodes)
-    bounds = (bound_of_start(begun), bound_of_start(begun, "accumulated"))
+    origin = MotionStart(history.problem, 0.0, history.tolerances, history.start, history.open_nodes)
+    bounds = (bound_of_start(origin), bound_of_start(origin, "accumulated"))
     ends = [bound.load_factor for bound in bounds if not isinstance(bound, Missing)]
     return [nextafter(CERTAIN * end, 0.0) for end in ends if 0.0 < end < top]
 

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.bounds.arc_search import (
-    ALL_AROUND,
-    FINER,
+    ALL_DIRECTIONS,
+    COUPLING,
     MARGIN,
-    OWN,
+    OWN_LIMIT,
     START,
-    TOGETHER,
+    SUBDIVISIONS,
     ArcLimits,
     ArcSearch,
     NoSlipBound,
@@ -46,7 +46,7 @@ def confirmed(
     In the plane only. Of the arcs all is checked, of the bounds a and N.
     """
     A, B, f, e = (exact_numbers(each) for each in (problem.A, problem.B, problem.f, np.array([1.0, -1.0])))
-    a, N, total, x = (exact_numbers(each) for each in (arcs.lid, arcs.hindered, arcs.total, arcs.inverse))
+    a, N, total, x = (exact_numbers(each) for each in (arcs.alone, arcs.coupling, arcs.total, arcs.inverse))
     x, v, error, law = x.sum(axis=1), exact_numbers(start), exact_numbers(start_error), Law(f)
     q, p = problem.layout.split(_loads(problem, load_factor))
     # the load rises to the first one under these pressures
@@ -64,11 +64,11 @@ def confirmed(
     slopes, arc = rows[:, :, arcs.node] * exact_numbers(sign), np.full((2, problem.n), -1)
     arc[(sign < 0).astype(int), arcs.node] = np.arange(len(sign))
     inside, mine, points = arc >= 0, arc[arc >= 0], np.arange(len(sign))
-    # in directions of arcs nodes stay below their lids
+    # within their arcs nodes slip no farther than a + N s
     own = slopes[inside][points, mine]
-    hindered = own[:, None] * N[mine] + slopes[inside] >= 0
-    hindered[points, mine] = True
-    if not (np.all(own > 0) and np.all(slack[inside] + own * a[mine] > 0) and hindered.all()):
+    coupled = own[:, None] * N[mine] + slopes[inside] >= 0
+    coupled[points, mine] = True
+    if not (np.all(own > 0) and np.all(slack[inside] + own * a[mine] > 0) and coupled.all()):
         return False
     # outside all arcs they stay clear of their limits
     y = arcs.multipliers(slack[~inside].astype(float), slopes[~inside].astype(float))
@@ -86,14 +86,14 @@ def _loads(problem: Problem, load_factor: float) -> Exact:
 
 
 ACCURACY = {1: SEVEN_DIGITS, 2: FOUR_DIGITS}  # relative, of the load factor, by the number of directions
-PARTS = {1: (1,), 2: (1, FINER**2)}  # numbers of parts of a 96th of the circle, undivided at first
-BACK = (0.0, 1e-9, 1e-7, 1e-5)  # relative steps back from a load factor until its conditions are confirmed
+SECTOR_PARTS = {1: (1,), 2: (1, SUBDIVISIONS**2)}  # parts of a 96th of the circle, undivided at first
+STEPS_BACK = (0.0, 1e-9, 1e-7, 1e-5)  # from a load factor until its conditions are confirmed, relative
 REASONS = {
     "frictionless": "a node without friction slips under any load",
     START: "the first load step, or the mean load, leaves a node without pressure there",
-    OWN: "slip of a node does not relieve its own limit",
-    TOGETHER: "slips of the nodes may drive each other on",
-    ALL_AROUND: "a node may slip in every direction",
+    OWN_LIMIT: "slip of a node does not relieve its own limit",
+    COUPLING: "slips of the nodes may drive each other on",
+    ALL_DIRECTIONS: "a node may slip in every direction",
     "round-off": "round-off decides whether the conditions hold",
 }
 
@@ -171,11 +171,12 @@ def accumulated_bound(
 ) -> Bound:
     """The load factor λ_S up to which the total slip from an initial slip is proved to be finite.
 
-    Nodes reach limits in some directions only. Slip there relieves its own limit, and what slips of others
-    take from it is bounded by how far these go: lids on all slips, s ≤ a + N s. Where the lids hold and
-    leave all other limits alone, the joint shakes down in any order of the loads. The load factor is
-    bisected; what is found is confirmed from the problem as it is stored, without round-off in the plane
-    up to 40 nodes.
+    Each node can reach its friction limit in some directions only. Its own slip there moves it away from the
+    limit; slip of the other nodes may move it back, in proportion to how far they slip. So the total slips
+    satisfy s ≤ a + N s, which bounds all of them if the spectral radius of N is below 1. If no node can
+    then reach its limit in another direction, the joint shakes down in any order of the loads. The load
+    factor is found by bisection and confirmed from the problem as stored, without round-off in the plane up
+    to 40 nodes.
 
     Parameters
     ----------
@@ -200,10 +201,10 @@ def accumulated_bound(
     """
     start, error = _checked_start(problem, initial_slip, start_error)
     load_factor, arcs, why = 0.0, None, None
-    for parts in PARTS[problem.directions]:
+    for parts in SECTOR_PARTS[problem.directions]:
         if load_factor < inf:
             try:
-                load_factor, arcs, why = _farthest(_search(problem, start, error, parts), load_factor)
+                load_factor, arcs, why = _bisected(_search(problem, start, error, parts), load_factor)
             except NoSlipBound as reason:  # narrower sectors may still prove something
                 why = why or reason
     return _confirmed(problem, start, error, load_factor, arcs, why)
@@ -240,9 +241,9 @@ def total_slip_bound(
     check_load_factor(load_factor, problem)
     start, error = _checked_start(problem, initial_slip, start_error)
     try:
-        _, arcs = _search(problem, start, error, PARTS[problem.directions][-1]).closed(load_factor)
+        _, arcs = _search(problem, start, error, SECTOR_PARTS[problem.directions][-1]).closed(load_factor)
     except NoSlipBound as reason:
-        return _nothing(start, error, reason)
+        return _no_bound(start, error, reason)
     return _confirmed(problem, start, error, load_factor, arcs, None)
 
 
@@ -267,7 +268,7 @@ def _search(problem: Problem, start: FloatArray, start_error: FloatArray, parts:
     return ArcSearch(limits, cells, limits.slacks(cells.node, cells.corners))
 
 
-def _farthest(search: ArcSearch, proved: float) -> tuple[float, SlipArcs, NoSlipBound | None]:
+def _bisected(search: ArcSearch, proved: float) -> tuple[float, SlipArcs, NoSlipBound | None]:
     """The largest load factor, from one that is proved, with the arcs there, and why it is no larger.
 
     Conditions at a load factor cover all smaller ones.
@@ -301,10 +302,10 @@ def _confirmed(
     """The confirmed bound, at a load factor reduced as little as possible."""
     if arcs is None:
         assert why is not None
-        return _nothing(start, start_error, why)
+        return _no_bound(start, start_error, why)
     joint, doubt = with_free_rigid_slips(problem), rigid_slips(problem).doubt
     exact = problem.directions == 1 and problem.n <= LOWER_CERTIFIED_UP_TO and not doubt
-    for back in BACK if why is not None else BACK[:1]:
+    for back in STEPS_BACK if why is not None else STEPS_BACK[:1]:
         load_factor = (1.0 - back) * found
         at = min(load_factor, 1.0)  # where conditions hold at every load factor
         if not exact or confirmed(joint, start, start_error, at, arcs):
@@ -324,10 +325,10 @@ def _confirmed(
                 reason="" if load_factor < inf else "no load factor takes any node nearer to slipping",
                 certified=load_factor if exact else None,
             )
-    return replace(_nothing(start, start_error, NoSlipBound("round-off", -1)), status=Status.UNDECIDED)
+    return replace(_no_bound(start, start_error, NoSlipBound("round-off", -1)), status=Status.UNDECIDED)
 
 
-def _nothing(start: FloatArray, start_error: FloatArray, why: NoSlipBound) -> Bound:
+def _no_bound(start: FloatArray, start_error: FloatArray, why: NoSlipBound) -> Bound:
     return Bound(
         kind="accumulated",
         status=Status.INFEASIBLE,

@@ -26,7 +26,7 @@ Numbers = NDArray[np.intp]
 Flags = NDArray[np.bool_]
 
 SECTORS = 96  # sectors of a circle at the start
-FINER = 15  # parts of a cell that is divided
+SUBDIVISIONS = 15  # parts of a cell that is divided
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -94,7 +94,7 @@ class Cells:
 
     def divided(self, which: Flags) -> tuple["Cells", Numbers]:
         """The cells with some of them divided, and of which one each is a part."""
-        count = np.where(which, FINER, 1)
+        count = np.where(which, SUBDIVISIONS, 1)
         place = np.repeat(np.arange(len(count)), count)
         within = np.arange(len(place)) - np.repeat(np.cumsum(count) - count, count)
         size = (self.size // count)[place]
@@ -139,7 +139,7 @@ class Cells:
             if self.chosen[run[0]]:
                 ends = self.start[run[0]] + np.cumsum(self.size[run])
                 begins = ends - self.size[run]
-                # six or more in a circle: in wider ones slip one way hardly hinders slip another way
+                # six or more in a circle: in wider ones slip one way has little effect on slip another way
                 parts = -(-6 * int(ends[-1] - begins[0]) // self.circle)
                 for low, high in pairwise(np.linspace(begins[0], ends[-1], parts + 1).tolist()):
                     found.append((run[(ends > low) & (begins < high)], low, high))
@@ -186,9 +186,9 @@ def crossed(x: FloatArray, y: FloatArray) -> FloatArray:
     return np.asarray(x[..., 0] * y[..., 1] - x[..., 1] * y[..., 0])
 
 
-OWN, TOGETHER = "own limit", "coupling"
+OWN_LIMIT, COUPLING = "own limit", "coupling"
 MARGIN = 10 * ROUND_OFF  # relative to the terms of a sum: larger than the round-off of thousands of nodes
-UP = 1.0 + MARGIN
+ROUNDED_UP = 1.0 + MARGIN
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -197,22 +197,23 @@ class SlipArcs(Arcs):
 
     Attributes
     ----------
-    lid : (K,)
-        a, how far with all others at rest [length].
-    hindered : (K, K)
-        N, how much farther by slip of the others, ρ(N) < 1, zero diagonal [–].
+    alone : (K,)
+        a, an upper bound on the slip of the node with all others at rest [length].
+    coupling : (K, K)
+        N, how much farther it slips per slip of each other node, ρ(N) < 1, zero diagonal [–].
     inverse : (K, K)
         (I − N)⁻¹ ≥ 0.
     """
 
-    lid: FloatArray
-    hindered: FloatArray
+    alone: FloatArray
+    coupling: FloatArray
     inverse: FloatArray
 
     @property
     def total(self) -> FloatArray:
         """S ≥ a + N S, rounded up: how far in all, (K,) [length]."""
-        return np.asarray(self.inverse @ (self.lid + NEGLIGIBLE * (self.lid + self.lid.max(initial=0.0))))
+        a = self.alone
+        return np.asarray(self.inverse @ (a + NEGLIGIBLE * (a + a.max(initial=0.0))))
 
     def multipliers(self, slack: FloatArray, slopes: FloatArray) -> FloatArray:
         """y ≥ 0 with y ≥ −c + Nᵀ y for slopes c (p, K), (p, K): so c · s ≥ −y · a for all s.
@@ -220,8 +221,8 @@ class SlipArcs(Arcs):
         The least such y where a quick one leaves nothing of slacks (p,), and the least may.
         """
         y = np.maximum(np.maximum(-slopes, 0.0) @ self.inverse - np.maximum(slopes, 0.0), 0.0)
-        short = np.flatnonzero((slack <= y @ self.lid) & (slack > 0.0))
-        for some in np.array_split(short, len(short) * len(self.lid) ** 2 // BLOCK + 1):
+        short = np.flatnonzero((slack <= y @ self.alone) & (slack > 0.0))
+        for some in np.array_split(short, len(short) * len(self.alone) ** 2 // BLOCK + 1):
             y[some] = self._least(y[some], slack[some], slopes[some])
         return y
 
@@ -233,12 +234,12 @@ class SlipArcs(Arcs):
         found, rows, taken = y.copy(), np.arange(len(y)), slopes < 0.0
         for _ in range(ITERATIONS):
             both = taken[:, :, None] & taken[:, None, :]
-            system = np.eye(len(self.lid)) - np.where(both, self.hindered.T, 0.0)
+            system = np.eye(len(self.alone)) - np.where(both, self.coupling.T, 0.0)
             least = np.linalg.solve(system, np.where(taken, -slopes[rows], 0.0)[..., None])[..., 0]
-            more = (least @ self.hindered > slopes[rows]) & ~taken
+            more = (least @ self.coupling > slopes[rows]) & ~taken
             ended = ~more.any(axis=1)
             found[rows[ended]] = np.maximum(least[ended], 0.0)
-            left = ~ended & (slack[rows] > least @ self.lid)
+            left = ~ended & (slack[rows] > least @ self.alone)
             rows, taken = rows[left], (taken | more)[left]
             if not rows.size:
                 break
@@ -254,7 +255,7 @@ class NoSlipBound(Exception):
 
 
 START = "start"
-ALL_AROUND = "all directions"
+ALL_DIRECTIONS = "all directions"
 
 
 class Slacks(NamedTuple):
@@ -286,7 +287,7 @@ class Slacks(NamedTuple):
 class ArcLimits:
     """The limits g_i(e) = f_i p_i + e · q_i of a joint about an initial slip, with margins above round-off.
 
-    ``reach`` (n, n) bounds what slip of a node changes in the limit of another [force/length].
+    ``largest_effect`` (n, n) bounds the change of a node's limit per slip of another [force/length].
     """
 
     def __init__(self, problem: Problem, start: FloatArray, start_error: FloatArray) -> None:
@@ -295,7 +296,7 @@ class ArcLimits:
         self._fB = problem.law.limit_rows(problem.B).reshape(n, n, d)
         self._A = problem.A.reshape(n, d, n, d)
         self._start, self._error = start, start_error
-        self.reach = _reach(problem)
+        self.largest_effect = _largest_effect(problem)
         fB, A, size = self._fB.reshape(n, -1), problem.A, np.abs(start)
         self._locked = fB @ start, (A @ start).reshape(n, d)
         self._terms = np.abs(fB) @ size, (np.abs(A) @ size).reshape(n, d)
@@ -338,12 +339,12 @@ class ArcLimits:
         rows = self._fB[i, arcs.node]
         for x in range(e.shape[1]):
             rows += e[:, x, None, None] * self._A[i, x, arcs.node]
-        return arcs.least(rows) - MARGIN * self.reach[i, arcs.node]
+        return arcs.least(rows) - MARGIN * self.largest_effect[i, arcs.node]
 
 
 @once_per_problem
-def _reach(problem: Problem) -> FloatArray:
-    """(n, n): what slip of a node changes at most in the limit of another [force/length]."""
+def _largest_effect(problem: Problem) -> FloatArray:
+    """(n, n): the largest change of a node's limit per slip of another, in any direction [force/length]."""
     n, d = problem.n, problem.directions
     fB, A = problem.law.limit_rows(problem.B).reshape(n, n, d), problem.A.reshape(n, d, n, d)
     return np.asarray(np.linalg.norm(fB, axis=2) + np.linalg.norm(A, axis=(1, 3)))
@@ -397,19 +398,19 @@ class ArcSearch:
         self.limits.check_pressed(load_factor)
         while True:
             arcs = search._slips(load_factor)
-            entered = search._corners_entered(load_factor, arcs)
-            if not entered.any():
+            reached = search._corners_reached(load_factor, arcs)
+            if not reached.any():
                 return search, arcs
-            search = search._with(entered)
+            search = search._extended(reached)
 
     def _slips(self, load_factor: float) -> SlipArcs:
         """Of the arcs of chosen cells: at every corner g + own a ≥ 0 and own N ≥ −c, own > 0 the own slope.
 
-        Raises ``NoSlipBound`` where slip does not relieve its own limit, or slips drive each other on.
+        Raises ``NoSlipBound`` where slip does not move a node away from its own limit, or ρ(N) ≥ 1.
         """
         found = self.cells.arcs()
         if found is None:
-            raise NoSlipBound(ALL_AROUND, -1)
+            raise NoSlipBound(ALL_DIRECTIONS, -1)
         arcs, arc, cell, corner = found
         node, count = arcs.node, len(arcs.node)
         kept = np.broadcast_to(arc[:, None], corner.shape)[corner]
@@ -417,10 +418,10 @@ class ArcSearch:
         slopes = self.limits.slopes(node[kept], self.cells.corners[cell][corner], arcs)
         own = slopes[np.arange(len(kept)), kept]
         if not np.all(own > 0.0):
-            raise NoSlipBound(OWN, int(node[kept[np.argmin(own)]]))
+            raise NoSlipBound(OWN_LIMIT, int(node[kept[np.argmin(own)]]))
         begin = np.searchsorted(kept, np.arange(count))
         a, N = (
-            UP * np.maximum(np.maximum.reduceat((-values.T / own).T, begin), 0.0) if count else values
+            ROUNDED_UP * np.maximum(np.maximum.reduceat((-values.T / own).T, begin), 0.0) if count else values
             for values in (slack, slopes)
         )
         np.fill_diagonal(N, 0.0)
@@ -429,31 +430,31 @@ class ArcSearch:
         except np.linalg.LinAlgError:
             inverse = np.zeros_like(N)
         if not inverse.sum(axis=1).min(initial=1.0) > 0.0:  # (I − N) x = 1 has x > 0 where ρ(N) < 1 alone
-            raise NoSlipBound(TOGETHER, int(node[np.argmax(N.sum(axis=1))]))
+            raise NoSlipBound(COUPLING, int(node[np.argmax(N.sum(axis=1))]))
         return SlipArcs(node, arcs.first, arcs.last, a, N, np.maximum(inverse, 0.0))
 
-    def _corners_entered(self, load_factor: float, arcs: SlipArcs) -> Numbers:
+    def _corners_reached(self, load_factor: float, arcs: SlipArcs) -> Numbers:
         """At how many of their corners a node may slip, of cells outside the arcs, (c,)."""
         cells, slack = self.cells, self.slacks.at(load_factor)
         # largest length of the vectors at corners of cells
-        most = 1.001 * self.limits.reach[:, arcs.node] @ arcs.total
+        most = 1.001 * self.limits.largest_effect[:, arcs.node] @ arcs.total
         near = np.flatnonzero(~cells.chosen & (slack.min(axis=1) <= most[cells.node]))
         e, k = cells.corners[near], slack.shape[1]
         slopes = self.limits.slopes(cells.node[near].repeat(k), e.reshape(-1, cells.d), arcs)
         given = slack[near].ravel()
-        safe = given > arcs.multipliers(given, slopes) @ arcs.lid
-        entered = np.zeros(len(cells.node), dtype=np.intp)
-        entered[near] = np.sum(~safe.reshape(-1, k), axis=1)
-        return entered
+        safe = given > arcs.multipliers(given, slopes) @ arcs.alone
+        reached = np.zeros(len(cells.node), dtype=np.intp)
+        reached[near] = np.sum(~safe.reshape(-1, k), axis=1)
+        return reached
 
-    def _with(self, entered: Numbers) -> "ArcSearch":
-        """Choose the cells that are entered at all corners, or as narrow as possible; divide other ones.
+    def _extended(self, reached: Numbers) -> "ArcSearch":
+        """Choose the cells that are reached at all corners, or as narrow as possible; divide other ones.
 
         So the ends of arcs are as exact as the narrowest cells, and inside arcs are wider ones.
         """
         cells, corners = self.cells, self.slacks.base.shape[1]
-        parts = (entered > 0) & ((cells.size > FINER) | (cells.size > 1) & (entered < corners))
-        chosen = replace(cells, chosen=cells.chosen | (entered > 0) & ~parts)
+        parts = (reached > 0) & ((cells.size > SUBDIVISIONS) | (cells.size > 1) & (reached < corners))
+        chosen = replace(cells, chosen=cells.chosen | (reached > 0) & ~parts)
         if not parts.any():
             return replace(self, cells=chosen)
         divided, from_old = chosen.divided(parts)

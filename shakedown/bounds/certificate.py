@@ -20,13 +20,13 @@ from shakedown.programs.exact_program import (
     ExactProgram,
     ExactVertex,
     IntegerRows,
-    Work,
+    PivotBudget,
     enclosure,
     exact_vertex,
     proves_at_most,
 )
 from shakedown.programs.program import INF, Program, Solution, without_round_off
-from shakedown.programs.simplex import Widest, widest
+from shakedown.programs.simplex import ChebyshevCentre, chebyshev_centre
 
 
 def load_factor_program(rows: Constraints, towards: float, tolerances: Tolerances = DEFAULT) -> Program:
@@ -40,12 +40,12 @@ def load_factor_program(rows: Constraints, towards: float, tolerances: Tolerance
     )
 
 
-def contradiction(rows: Constraints, tolerances: Tolerances) -> Widest:
+def contradiction(rows: Constraints, tolerances: Tolerances) -> ChebyshevCentre:
     """How far the rows exclude every safe slip at any load factor, and the multipliers that show it."""
     matrix = np.column_stack([rows.coefficients, rows.d])
     sizes = np.abs(matrix).max(axis=1)
     norms = np.where(sizes > 0, sizes, 1.0)
-    return widest(matrix, norms, rows.g, cap=INF, signed=rows.n, tolerances=tolerances)
+    return chebyshev_centre(matrix, norms, rows.g, cap=INF, signed=rows.n, tolerances=tolerances)
 
 
 Exact = NDArray[np.object_]  # fractions (FLINT's fmpq), element by element
@@ -229,8 +229,8 @@ def certified_lower(
     rows = exact_rows(problem)
     program = _collapse_program(rows, first)
     # of all pivots, as every node takes dozens where the coupling is round-off
-    work = Work(5e5)
-    best = exact_vertex(program, *_start(program, outcomes[first]), work)
+    budget = PivotBudget(5e5)
+    best = exact_vertex(program, *_start(program, outcomes[first]), budget)
     if best is None or best.status != Status.OPTIMAL:
         return first, Missing(NO_VERTEX)
     node = first
@@ -239,7 +239,7 @@ def certified_lower(
             break
         if j == first:
             continue
-        earlier = _collapses_earlier(_collapse_program(rows, j), outcomes[j], best, work)
+        earlier = _collapses_earlier(_collapse_program(rows, j), outcomes[j], best, budget)
         if isinstance(earlier, Missing):
             return first, earlier
         if earlier is not None:
@@ -250,13 +250,13 @@ def certified_lower(
 
 
 def _collapses_earlier(
-    program: ExactProgram, outcome: Solution, best: ExactVertex, work: Work
+    program: ExactProgram, outcome: Solution, best: ExactVertex, budget: PivotBudget
 ) -> ExactVertex | Missing | None:
     """The earlier collapse of a node, if it is below the best one; None where it is proved not to be."""
     start, value = _start(program, outcome), (-best.x[-1], best.x_scale)
     if outcome.status == Status.OPTIMAL and proves_at_most(program, *start, value):
         return None
-    end = exact_vertex(program, *start, work)
+    end = exact_vertex(program, *start, budget)
     if end is None or end.status == Status.UNBOUNDED:
         return Missing(NO_VERTEX)
     if end.status == Status.OPTIMAL and end.x[-1] * best.x_scale < best.x[-1] * end.x_scale:

@@ -142,7 +142,7 @@ Nodes = tuple[int, ...]
 
 
 @dataclass(frozen=True)
-class LostAt:
+class Loss:
     """The factor on φ at which uniqueness is lost (inf: at none): by these slipping nodes, all others stuck.
 
     ``sides`` are those of their slip, and the nodes ``separated`` are open.
@@ -154,7 +154,7 @@ class LostAt:
     separated: Nodes = ()
 
 
-NEVER = LostAt(np.inf)
+NEVER = Loss(np.inf)
 
 
 def slipping_sets(n: int, largest: int | None = None) -> list[Nodes]:
@@ -162,7 +162,7 @@ def slipping_sets(n: int, largest: int | None = None) -> list[Nodes]:
     return [nodes for k in range(1, (largest or n) + 1) for nodes in combinations(range(n), k)]
 
 
-def first_to_lose(stiffness: ScaledStiffness, sets: list[Nodes]) -> LostAt:
+def first_loss(stiffness: ScaledStiffness, sets: list[Nodes]) -> Loss:
     """Of these sets of slipping nodes the one that loses uniqueness at the smallest factor, on any sides."""
     first = NEVER
     for size, alike in groupby(sorted(sets, key=len), key=len):
@@ -171,11 +171,11 @@ def first_to_lose(stiffness: ScaledStiffness, sets: list[Nodes]) -> LostAt:
         sides = np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=size - 1)])
         chunks = len(group) * len(sides) // (1 << 16) + 1  # small matrices at one time
         for some in np.array_split(group, chunks):
-            first = min(first, *_lost_by(stiffness, some, sides), key=lambda lost: lost.factor)
+            first = min(first, *_losses(stiffness, some, sides), key=lambda lost: lost.factor)
     return first
 
 
-def _lost_by(stiffness: ScaledStiffness, sets: NDArray[np.intp], signs: FloatArray) -> list[LostAt]:
+def _losses(stiffness: ScaledStiffness, sets: NDArray[np.intp], signs: FloatArray) -> list[Loss]:
     """The same for sets (c, k) of equally many nodes, all at once, with these sides (s, k)."""
     rows, columns = sets[:, :, None], sets[:, None, :]
     A = stiffness.A[rows, columns]
@@ -188,7 +188,7 @@ def _lost_by(stiffness: ScaledStiffness, sets: NDArray[np.intp], signs: FloatArr
     largest = roots[np.arange(len(sets)), best]
     sides = (signs[best] * np.sign(largest)[:, None]).astype(int).tolist()  # A − t s φ B is singular
     return [
-        LostAt(float(1.0 / abs(root)), tuple(slipping), tuple(side)) if root else NEVER
+        Loss(float(1.0 / abs(root)), tuple(slipping), tuple(side)) if root else NEVER
         for slipping, root, side in zip(sets.tolist(), largest, sides, strict=True)
     ]
 
@@ -504,7 +504,7 @@ def unique_in_contact(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> 
         return Uniqueness(True, "coupling ratio below 1")
     every = stiffness.n <= LARGEST_SET
     sets = slipping_sets(stiffness.n, None if every else 2)
-    lost = first_to_lose(stiffness, sets)
+    lost = first_loss(stiffness, sets)
     if lost.factor <= friction:
         nodes = ", ".join(str(i) for i in lost.slipping)
         word = "node" if len(lost.slipping) == 1 else "nodes"

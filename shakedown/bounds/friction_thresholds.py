@@ -9,11 +9,11 @@ from scipy.linalg import null_space
 from shakedown.bounds.coupling import (
     LARGEST_SET,
     NEVER,
-    LostAt,
+    Loss,
     ScaledStiffness,
     coupling_limit,
     energy_limit,
-    first_to_lose,
+    first_loss,
     held,
     scaled_stiffness,
     slipping_sets,
@@ -290,12 +290,12 @@ def friction_thresholds(problem: Problem, *, tolerances: Tolerances = DEFAULT) -
     )
 
 
-def first_with_open_nodes(stiffness: ScaledStiffness) -> LostAt:
+def first_with_open_nodes(stiffness: ScaledStiffness) -> Loss:
     """Where uniqueness is lost first, by any slipping nodes beside any choice of open ones."""
     first, nodes = NEVER, range(stiffness.n)
     for separated in [(), *slipping_sets(stiffness.n, stiffness.n - 1)]:
         rest, joint = [i for i in nodes if i not in separated], stiffness.opened(separated)
-        lost = NEVER if joint is None else first_to_lose(joint, slipping_sets(joint.n))
+        lost = NEVER if joint is None else first_loss(joint, slipping_sets(joint.n))
         if lost.factor < first.factor:
             first = replace(lost, slipping=tuple(rest[i] for i in lost.slipping), separated=separated)
     return first
@@ -304,10 +304,10 @@ def first_with_open_nodes(stiffness: ScaledStiffness) -> LostAt:
 def _uniqueness(stiffness: ScaledStiffness, *, separation: bool) -> Threshold:
     n, unit = stiffness.n, stiffness.friction_unit
     if n > (ALL_SUBSETS_UP_TO if separation else LARGEST_SET):
-        lost = first_to_lose(stiffness, slipping_sets(n, 2))
+        lost = first_loss(stiffness, slipping_sets(n, 2))
         proved = 0.0 if separation else coupling_limit(stiffness)
         low = min(lost.factor, max(proved, energy_limit(stiffness, separation=separation)))
     else:
-        lost = first_with_open_nodes(stiffness) if separation else first_to_lose(stiffness, slipping_sets(n))
+        lost = first_with_open_nodes(stiffness) if separation else first_loss(stiffness, slipping_sets(n))
         low = lost.factor
     return Threshold(low / unit, lost.factor / unit, lost.slipping, lost.sides, lost.separated)

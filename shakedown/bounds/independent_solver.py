@@ -190,10 +190,10 @@ _ENDS = {  # the meaning of Clarabel's statuses; others are no answer
 
 ACCURACY = 1e-11  # asked for: the highest, for data already scaled to numbers near 1
 REDUCED = 1e-8  # accuracy that a result must reach where more is not possible
-Found = tuple[Status, FloatArray, bool]  # status, the solution, whether it is of reduced accuracy
+ConicAnswer = tuple[Status, FloatArray, bool]  # status, the solution, whether it is of reduced accuracy
 
 
-def solve_conic(program: DiscProgram, solver: str | None = None) -> Found:
+def solve_conic(program: DiscProgram, solver: str | None = None) -> ConicAnswer:
     """The solution (y, w) of a program of discs and rows by Clarabel, or by a solver of cvxpy.
 
     In z = G y for every node and row once: every disc has three numbers of z then, and with N orthonormal
@@ -238,7 +238,7 @@ def solve_conic(program: DiscProgram, solver: str | None = None) -> Found:
 
 def _by_clarabel(
     matrix: sparse.csc_matrix, right: FloatArray, cost: FloatArray, equal: int, less: int
-) -> Found:
+) -> ConicAnswer:
     """Minimise costᵀ x: right − M x is 0 in the first rows, ≥ 0 in the next, in discs in the last."""
     settings = clarabel.DefaultSettings()
     settings.verbose = settings.presolve_enable = False
@@ -259,7 +259,7 @@ def _by_clarabel(
 
 def _by_cvxpy(
     solver: str, matrix: sparse.csc_matrix, right: FloatArray, cost: FloatArray, equal: int, less: int
-) -> Found:
+) -> ConicAnswer:
     try:
         import cvxpy as cp  # slow to import and needed only here
     except ImportError:

@@ -46,7 +46,7 @@ from shakedown.joint.contact_zone import Zone, contact_zone, coupled_parts
 from shakedown.joint.problem import Problem
 from shakedown.programs.program import NOWHERE, Solution
 from shakedown.programs.self_dual import USABLE
-from shakedown.programs.simplex import solve, widest
+from shakedown.programs.simplex import chebyshev_centre, solve
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +209,7 @@ def _direction(rows: DiscRows, tolerances: Tolerances) -> FloatArray | Missing:
         return np.zeros(H.n)
     norms = np.linalg.norm(H.G, axis=1)
     cap = float(np.max(np.abs(H.d)[norms > 0] / norms[norms > 0], initial=0.0))
-    found = attempt(widest, H.coefficients, norms, -H.d, cap=cap, tolerances=tolerances)
+    found = attempt(chebyshev_centre, H.coefficients, norms, -H.d, cap=cap, tolerances=tolerances)
     return found if isinstance(found, Missing) else found.x
 
 

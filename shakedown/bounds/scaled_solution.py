@@ -30,7 +30,7 @@ from shakedown.programs.self_dual import (
     balanced_multipliers,
     solve_discs,
 )
-from shakedown.programs.simplex import widest
+from shakedown.programs.simplex import chebyshev_centre
 
 Carrying = tuple[NDArray[np.intp], NDArray[np.intp]]  # discs and half-spaces by number
 
@@ -387,7 +387,7 @@ def safest(rows: DiscRows, load_factor: float, tolerances: Tolerances = DEFAULT)
     distances = np.append(reach[steep] / slopes[rows.node][steep], other_reach[also] / other_slopes[also])
     cap = 2.0 * float(distances.max(initial=0.0)) or 1.0  # twice the largest bounded margin
     if rows.in_plane:
-        found = widest(H.coefficients, other_slopes, g, cap=cap, tolerances=tolerances)
+        found = chebyshev_centre(H.coefficients, other_slopes, g, cap=cap, tolerances=tolerances)
         carrying = rows.node, np.flatnonzero(found.multipliers)
         return Safest(found.x, found.margin, cap, carrying, found.reduced_accuracy)
     down = np.zeros_like(c)

@@ -35,9 +35,7 @@ def check_load_factor(load_factor: float, problem: Problem | None = None) -> Non
     loads = () if problem is None else (problem.q_w, problem.p_w, problem.q_mean, problem.p_mean)
     largest = max((float(np.abs(load).max()) for load in loads if load is not None), default=1.0)
     if load_factor > LARGEST or load_factor * largest > LARGEST:
-        raise UsageError(
-            f"load factor: expected one with reactions up to {LARGEST:g}, found {short(load_factor)}"
-        )
+        raise UsageError(f"load factor: expected reactions up to {LARGEST:g}, found {short(load_factor)}")
 
 
 def require_problem(problem: object) -> None:
@@ -150,7 +148,7 @@ def once_per_problem(build: Callable[[Problem], T]) -> Callable[[Problem], T]:
 
 
 @contextmanager
-def lent(problem: Problem, name: str, settings: object, build: Callable[[], T]) -> Iterator[T]:
+def reused(problem: Problem, name: str, settings: object, build: Callable[[], T]) -> Iterator[T]:
     """A reusable object that is costly to build for a problem, for one user at a time.
 
     The last one with these settings, unless it is in use; else a new one.

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.argument_kinds import real_values
-from shakedown.ground.constants import EPS, FloatArray
+from shakedown.ground.constants import EPS, NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import ProblemError, ShakedownError, wrong_key
 from shakedown.ground.shown_values import LONGEST_NAME, short, shortened, visible
 from shakedown.ground.tolerances import DEFAULT
@@ -265,7 +265,8 @@ def check_unit_loads(arrays: dict[str, FloatArray]) -> None:
     ------
     ProblemError
         If the welded reactions less those of the loads differ from load step to load step, the compliance
-        is not symmetric, or a frequency not above 0.
+        is not symmetric (Maxwell and Betti) or lets loads store less than no energy, or a frequency is not
+        above 0.
     """
     if "load_reactions" not in arrays:
         return
@@ -280,8 +281,15 @@ def check_unit_loads(arrays: dict[str, FloatArray]) -> None:
             f"{off.max(axis=1).argmax()} off by {off.max():.6g} (other loads take these keys along)"
         )
     if "load_compliance" in arrays:
-        S = arrays["load_compliance"]
-        arrays["load_compliance"] = symmetrised("load_compliance", S, 0.0, float(np.abs(S).max(initial=0.0)))
+        largest = float(np.abs(arrays["load_compliance"]).max(initial=0.0))
+        S = arrays["load_compliance"] = symmetrised(
+            "load_compliance", arrays["load_compliance"], 0.0, largest
+        )
+        for sign in (1.0, -1.0):  # forces; prescribed displacements, conjugate to minus the holding force
+            own = np.flatnonzero(sign * np.diag(S) > NEGLIGIBLE * largest)
+            sizes = np.sqrt(np.abs(np.diag(S)[own]))
+            if not is_definite(sign * S[np.ix_(own, own)] / np.outer(sizes, sizes), -DEFAULT.printed_digits):
+                raise wrong_key("load_compliance", "energy stored by any loads", f"less than none in {own}")
     frequency = arrays.get("load_frequency", np.ones(0))
     for j in np.flatnonzero(frequency <= 0):
         raise wrong_key("load_frequency", "frequencies > 0 or NaN", f"{frequency[j]:g} of load {j}")

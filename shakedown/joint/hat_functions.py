@@ -1,5 +1,6 @@
 """A joint whose slips, gaps and reactions are averaged over a length, by hat functions."""
 
+import logging
 from dataclasses import replace
 from typing import Any
 
@@ -59,6 +60,8 @@ def averaged(problem: Problem, radius: float) -> Problem:
         knots = _knots_along(surface, radius)
     else:
         knots = spread_knots(surface, np.full(problem.n, float(radius)))
+    if len(knots) == problem.n:
+        logging.getLogger("shakedown").warning("averaging over %g does nothing: elements are as long", radius)
     return between_knots(problem, surface, knots)
 
 

@@ -226,8 +226,7 @@ def check_places(arrays: Mapping[str, FloatArray]) -> None:
     for key in given:
         length = np.linalg.norm(arrays[key], axis=-1)
         for place in map(tuple, np.argwhere(np.abs(length - 1) > DEFAULT.printed_digits)):
-            found = f"the length {length[place]:.9g} at node {place[0]}"
-            raise wrong_key(key, "vectors of length 1", found)
+            raise wrong_key(key, "vectors of length 1", f"the length {length[place]:.9g} at node {place[0]}")
     if not given:
         return
     directions = np.concatenate([arrays[key].reshape(len(arrays["B"]), -1, 3) for key in given], axis=1)

@@ -20,6 +20,7 @@ from shakedown.joint.problem import Problem
 NO_STIFFNESS = 2.0**-30  # largest relative stiffness of a rigid motion, as condensation costs a few digits
 CLEAR = 1e4  # ratio by which true resistance exceeds round-off or printing errors
 MOTION_ROUND_OFF = 16 * np.finfo(float).eps  # relative round-off of a projected stiffness
+MEETS = "a rigid motion of a body meets {:.0e} of the stiffness"
 ASKED = ": give stiffness_accuracy (of an import: accuracy in [stiffness])"
 
 
@@ -83,7 +84,10 @@ def rigid_slips(problem: Problem) -> RigidSlips:
     A, lengths, power = _scaled(problem, problem.A)
     if problem.stiffness_accuracy is None and _clearly_held(A):
         return RigidSlips(np.zeros((n, 0)), ())
-    M = np.vstack([A, _coupling(problem, lengths, power)])
+    of_nodes = problem.layout.by_node(lengths).max(axis=-1)
+    B = np.ldexp(problem.B, -power) * lengths * of_nodes[:, None]
+    # rows of B larger than 1 are divided by their largest entry: accuracy is by row
+    M = np.vstack([A, B / np.maximum(np.abs(B).max(axis=1, keepdims=True), 1.0)])
     size = np.abs(M)
     most = float(np.sqrt(size.sum(axis=0).max() * size.sum(axis=1).max()))
     if most == 0.0:
@@ -213,7 +217,7 @@ def _without_resistance(values: FloatArray, accuracy: float | None, printed: flo
     count, doubt = (int(clear[-1]) + 1, "") if clear.size else _below(values, floor)
     count = max(count, int(np.count_nonzero(values <= printed)))
     if count and values[count - 1] > NO_STIFFNESS:
-        doubt = doubt or f"{_meets(values[count - 1])} and is taken for rigid{ASKED}"
+        doubt = doubt or f"{MEETS.format(values[count - 1])} and is taken for rigid{ASKED}"
     return count, doubt
 
 
@@ -302,7 +306,7 @@ def _below(values: FloatArray, accuracy: float) -> tuple[int, str]:
     noise = max(accuracy, len(values) * np.finfo(float).eps)
     count = int(np.count_nonzero(values <= noise))
     near = np.any(values[count:] <= RESOLVED * noise)
-    return count, f"{_meets(values[count])}, hardly more than its error{ASKED}" if near else ""
+    return count, f"{MEETS.format(values[count])}, hardly more than its error{ASKED}" if near else ""
 
 
 def _stiffness(problem: Problem) -> FloatArray:
@@ -323,13 +327,6 @@ def _scaled(problem: Problem, stiffness: FloatArray) -> tuple[FloatArray, FloatA
     return np.ldexp(stiffness, -power) * lengths * lengths[:, None], lengths, power
 
 
-def _coupling(problem: Problem, lengths: FloatArray, power: int) -> FloatArray:
-    """B likewise. Rows that are larger than 1 then are divided by their largest entry: accuracy is by row."""
-    of_nodes = problem.layout.by_node(lengths).max(axis=-1)
-    B = np.ldexp(problem.B, -power) * lengths * of_nodes[:, None]
-    return np.asarray(B / np.maximum(np.abs(B).max(axis=1, keepdims=True), 1.0))
-
-
 def _clearly_held(stiffness: FloatArray) -> bool:
     """Whether a scaled stiffness shows at once that there is nothing rigid; quick."""
     clearly_held = 1 / CLEAR  # smallest eigenvalue of a scaled stiffness, relative, that needs no closer look
@@ -337,10 +334,6 @@ def _clearly_held(stiffness: FloatArray) -> bool:
         return True
     values = np.linalg.eigvalsh(stiffness)
     return bool(values[0] > clearly_held * values[-1])
-
-
-def _meets(resistance: float) -> str:
-    return f"a rigid motion of a body meets {resistance:.0e} of the stiffness"
 
 
 def _pinned(basis: FloatArray, lengths: FloatArray, doubt: str) -> RigidSlips:

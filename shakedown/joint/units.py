@@ -13,7 +13,7 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.shown_values import FEW_DIGITS, down, few, up
 from shakedown.joint.arguments import once_per_problem, require_problem
 from shakedown.joint.constraints import MEAN_ROUND_OFF, loading
-from shakedown.joint.problem import NamedLoad, Problem
+from shakedown.joint.problem import AXES, NamedLoad, Problem
 
 FORCES = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6, "GN": 1e9, "daN": 10.0, "kgf": 9.80665}  # in N
 FORCES |= {"lbf": 4.4482216152605, "kip": 4448.2216152605}
@@ -149,9 +149,7 @@ def _load_in_words(load: NamedLoad, load_factor: float, rounding: str) -> str:
     return " ".join(filter(None, [load.name, mean if load.mean else "", f"± {text}", unit]))
 
 
-NO_LOADS: dict[str, Any] = dict.fromkeys(
-    ("load_reactions", "load_history", "load_compliance", "load_frequency")
-)
+NO_LOADS: dict[str, Any] = dict.fromkeys(key for key, axes in AXES.items() if "L" in axes)
 
 
 class LoadUnit(NamedTuple):
@@ -233,18 +231,17 @@ def constant_units(problem: Problem) -> FloatArray:
     return np.asarray(mean + change / lengths)
 
 
-def units_at(problem: Problem, load_factor: float) -> FloatArray:
-    """Units of each load at the load steps at a load factor, (m, L)."""
+def units_at(problem: Problem, load_factor: float, mean: float = 1.0) -> FloatArray:
+    """Units of each load at the load steps at a load factor, and a factor on their constant part, (m, L)."""
     constant, history = constant_units(problem), require_loads(problem)[1]
-    return constant + load_factor * (history - constant)
+    return mean * constant + load_factor * (history - constant)
 
 
 def scaled_units(problem: Problem, *, mean: float = 1.0, amplitude: float = 1.0) -> dict[str, Any]:
     """The histories of a joint whose constant or periodic loading is scaled; empty where it has none."""
     if problem.load_history is None:
         return {}
-    constant = constant_units(problem)
-    return {"load_history": mean * constant + amplitude * (problem.load_history - constant)}
+    return {"load_history": units_at(problem, amplitude, mean)}
 
 
 def units_in_time(problem: Problem, load_factor: float, cycle: FloatArray) -> FloatArray:
@@ -274,12 +271,9 @@ def load_units(problem: Problem) -> tuple[LoadUnit, ...]:
     if len(problem.loads) != count or not units.work:
         return (LoadUnit(),) * count
     varying = np.abs(history - constant).max(axis=0)
-    return tuple(
-        LoadUnit() if modes is not None and np.isfinite(modes[j]) else _unit(load, units, *pair)
-        for j, (load, *pair) in enumerate(
-            zip(problem.loads, constant.tolist(), varying.tolist(), strict=True)
-        )
-    )
+    modal = np.zeros(count, dtype=bool) if modes is None else np.isfinite(modes)
+    rows = zip(problem.loads, constant.tolist(), varying.tolist(), modal, strict=True)
+    return tuple(LoadUnit() if of_mode else _unit(load, units, *pair) for load, *pair, of_mode in rows)
 
 
 def _unit(load: NamedLoad, units: Units, constant: float, varying: float) -> LoadUnit:

@@ -1,6 +1,6 @@
 """What becomes of a joint: shakedown, cyclic slip, ratchetting, separation, or undecided.
 
-Reading order: ``plane/`` (the search in the plane, compiled), ``passage`` (where a motion began, and what
+Reading order: ``plane/`` (the search in the plane, compiled), ``motion_start`` (where a motion began, what
 the transient leaves of its start, the slip that random loads leave, limits that no verdict contradicts),
 ``state`` (the answer, and what proves it), ``limit_search`` (the search in the plane as Python drives it),
 ``space/`` (the search for motions that are known cycle by cycle only; verdicts of both compared with what is

@@ -23,9 +23,9 @@ from shakedown.joint.arguments import (
     check_arguments,
     checked,
     checked_initial_slip,
-    lent,
     real_array,
     require_problem,
+    reused,
 )
 from shakedown.joint.contact_zone import Part, coupled_parts, of_nodes, of_slips
 from shakedown.joint.problem import Problem
@@ -91,7 +91,7 @@ def joined_state(
         error=float(np.max([state.error for state in states])),
         signature=reduce(lambda known, state: (known ^ state.signature) * int(HASH_PRIME) % 2**64, states, 0),
         met=float(np.fmax.reduce([state.met for state in states])),
-        begun=replace(worst.begun, problem=problem, start=more["initial_slip"], open_nodes=open_nodes),
+        origin=replace(worst.origin, problem=problem, start=more["initial_slip"], open_nodes=open_nodes),
         goal=State(u, nodes(lambda state: state.goal.contact)),
         first_cycles=None,
         jumps=(),
@@ -219,7 +219,7 @@ def _search(
     """The last search on the problem where its settings are the same: by the map of a period, or in space."""
     kind = LimitSearch if problem.directions == 1 else SteadySearches
     build = partial(kind, problem, tolerances, *patience)
-    return lent(problem, "search", (tolerances, patience), build)
+    return reused(problem, "search", (tolerances, patience), build)
 
 
 @on_one_thread

@@ -12,14 +12,14 @@ from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.long_term.passage import Passage
+from shakedown.long_term.motion_start import MotionStart
 from shakedown.long_term.plane.period_map import limit, period_map
-from shakedown.long_term.plane.phase_loop import Instruction, Verdict, settle, tell
-from shakedown.long_term.plane.search import Answers, Settler, path_check, search
+from shakedown.long_term.plane.phase_loop import Instruction, Verdict, instruct, settle
+from shakedown.long_term.plane.search import Answers, PlaneSearch, path_check, search
 from shakedown.long_term.space.steady_search import overruled_by_proofs
 from shakedown.long_term.state import VARIES_LITTLE, LongTermState
-from shakedown.motion.checked_law import alone, swing
-from shakedown.motion.course import EFFORT, End
+from shakedown.motion.checked_law import alone, load_range
+from shakedown.motion.course import CALL_OPERATIONS, LoopEnd
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import State
 from shakedown.motion.plane.event_loop import address_of_loop
@@ -77,7 +77,7 @@ class LimitSearch:
         self.evolution.begin(load_factor, initial_slip, open_nodes)
         evolution, scale = self.evolution, self.evolution.scale
         share, lost = evolution.tolerances.periodicity, self._events.precision.force
-        near, moving = share * scale.length, swing(evolution.problem, evolution.load)
+        near, moving = share * scale.length, load_range(evolution.problem, evolution.load)
         self.compiled.set(least_force=scale.force, blurred=0.0 < moving < RESOLVED * lost)
         self.compiled.check.set(force=scale.force, length=scale.length, near=near)
         self.compiled.weight[:] = near / alone(evolution.problem, max(share * moving, DISTINCT * lost))
@@ -85,7 +85,7 @@ class LimitSearch:
     def state(self, open_nodes: tuple[int, ...]) -> LongTermState:
         """The long-term state of the motion from its start, with the given nodes open there."""
         motion, layout = self.evolution, self.evolution.problem.layout
-        begun, answers = Passage.of(motion, open_nodes), empty_answers(1, layout)
+        origin, answers = MotionStart.of(motion, open_nodes), empty_answers(1, layout)
         self.from_here(answers)
         at, verdict = self.compiled, int(answers.verdict[0])
         known, left, nan = verdict >= Verdict.SHAKEDOWN, verdict == Verdict.LEFT, np.full(layout.n, np.nan)
@@ -96,7 +96,7 @@ class LimitSearch:
         found = LongTermState(
             problem=motion.problem,
             load_factor=motion.load_factor,
-            initial_slip=begun.start,
+            initial_slip=origin.start,
             outcome=OUTCOMES[verdict],
             reason=reason + _events_in_words(at, opened & ~always_open) if known else reason,
             period=at.done if known else 0,
@@ -118,14 +118,14 @@ class LimitSearch:
             stop=motion.stop,
             met=met,
             most_cycles=at.most_cycles,
-            begun=begun,
+            origin=origin,
             goal=State(at.goal.copy(), at.contact.copy()) if known else motion.state,
         )
         return overruled_by_proofs(found)
 
     def from_here(self, answers: Answers) -> None:
         """Answer for the present state of the evolution, at its start."""
-        tell(self.compiled, Instruction.FROM_HERE, 0.0, 0.0)
+        instruct(self.compiled, Instruction.FROM_HERE, 0.0, 0.0)
         if not self.evolution.held:
             self._give_up()
         self._settle(answers.final_slip, answers, lambda: False)
@@ -134,19 +134,19 @@ class LimitSearch:
         self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]
     ) -> tuple[LongTermState, ...]:
         """Enter the answers for initial slips (s, n), one after the other, until ``stopped()`` is true."""
-        tell(self.compiled, Instruction.ANEW, 0.0, 0.0)
+        instruct(self.compiled, Instruction.ANEW, 0.0, 0.0)
         self._settle(starts, answers, stopped)
         return ()
 
     def _settle(self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]) -> None:
-        status, follow = End.PAUSED, address_of_loop()
-        while status != End.DONE and not stopped():
-            status = settle(self.compiled, starts, answers, EFFORT, follow)
-            if status == End.LIMIT_WANTED:
+        status, follow = LoopEnd.PAUSED, address_of_loop()
+        while status != LoopEnd.DONE and not stopped():
+            status = settle(self.compiled, starts, answers, CALL_OPERATIONS, follow)
+            if status == LoopEnd.LIMIT_WANTED:
                 self._give_limit()
-            elif status == End.SINGULAR:
+            elif status == LoopEnd.SINGULAR:
                 self._give_up()
-            elif status not in (End.DONE, End.PAUSED):
+            elif status not in (LoopEnd.DONE, LoopEnd.PAUSED):
                 self._give_way(status)
 
     def _give_limit(self) -> None:
@@ -168,36 +168,36 @@ class LimitSearch:
         drift = motions @ np.linalg.lstsq(motions[stuck[moving]], d + J @ change)[0]
         # less the rigid slip that Jⁱ · change tends to
         change -= Z @ (Z.T + np.linalg.lstsq(np.eye(k) - deflated.T, rest @ J.T @ Z)[0].T) @ change
-        # what else does not decay is merely too slow to tell
+        # what else does not decay is merely too slow to instruct
         still = self.compiled.weight[stuck[moving]] * np.abs(slow) <= self.compiled.check.near
         decaying = contraction < 1.0 and bool(still.all())
         affine.limit[:k], affine.drift[:k] = change, drift[stuck[moving]]
         self.compiled.drift[:] = 0.0
         self.compiled.drift[layout.slips] = drift
-        tell(self.compiled, Instruction.LIMIT_FOUND, float(decaying), contraction)
+        instruct(self.compiled, Instruction.LIMIT_FOUND, float(decaying), contraction)
 
     def _give_up(self) -> None:
         """Give up a state whose moving nodes are held by nothing."""
         self.evolution.enter_cycle(self.compiled.cycles)
         self.evolution.say_not_held()
-        tell(self.compiled, Instruction.STOPPED, 0.0, 0.0)
+        instruct(self.compiled, Instruction.STOPPED, 0.0, 0.0)
 
     def _give_way(self, status: int) -> None:
         """Supply rates, or a state to jump to, where the loop found none; else why the motion stops."""
         evolution, at = self.evolution, self.compiled
         if not at.jumped:
             evolution.enter_cycle(at.cycles)
-        if status == End.NO_RATES and self._events.finds_rates():
-            tell(self.compiled, Instruction.RATES, 0.0, 0.0)
-        elif status == End.NO_RATES and evolution.jump():
+        if status == LoopEnd.NO_RATES and self._events.finds_rates():
+            instruct(self.compiled, Instruction.RATES, 0.0, 0.0)
+        elif status == LoopEnd.NO_RATES and evolution.jump():
             jump = evolution.jumps[-1]
-            tell(self.compiled, Instruction.JUMP, jump.friction_work, jump.damping_work)
+            instruct(self.compiled, Instruction.JUMP, jump.friction_work, jump.damping_work)
         else:
             evolution.say_why(status)
-            tell(self.compiled, Instruction.LEAVES if evolution.left else Instruction.STOPPED, 0.0, 0.0)
+            instruct(self.compiled, Instruction.LEAVES if evolution.left else Instruction.STOPPED, 0.0, 0.0)
 
 
-def _reason(evolution: Evolution, at: Settler, verdict: int) -> tuple[str, float]:
+def _reason(evolution: Evolution, at: PlaneSearch, verdict: int) -> tuple[str, float]:
     """The basis of the verdict in words, and the violation of the friction law, NaN where there is none."""
     if verdict in (Verdict.UNDECIDED, Verdict.LEFT):
         stop = evolution.stop
@@ -217,7 +217,7 @@ def _reason(evolution: Evolution, at: Settler, verdict: int) -> tuple[str, float
     return broken, at.check.violation
 
 
-def _events_in_words(at: Settler, breathing: NDArray[np.bool_]) -> str:
+def _events_in_words(at: PlaneSearch, breathing: NDArray[np.bool_]) -> str:
     """The nodes that open and close in a period, and its jumps, in words."""
     every, text = cycles_in_words(at.done), ""
     if breathing.any():

@@ -406,7 +406,7 @@ def node_results(
 def _total_slip_bound(settled: Settled) -> FloatArray:
     """Bounds on the total slip of nodes from the start, all nodes closed (n,); NaN where not proved."""
     unknown = not isinstance(settled, LongTermState) or settled.outcome != Outcome.SHAKEDOWN
-    if unknown or settled.begun.open_nodes:  # type: ignore[union-attr]  # of a long-term state
+    if unknown or settled.origin.open_nodes:  # type: ignore[union-attr]  # of a long-term state
         return np.full(settled.problem.n, np.nan)
     return total_slip_bound(settled.problem, settled.load_factor, settled.initial_slip).total_slip
 

@@ -24,7 +24,7 @@ from shakedown.long_term.find_state import Patience, settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.node_results import Settled, slip_extents
 from shakedown.long_term.state import LongTermState, SettledState, SteppedState, of_period
-from shakedown.motion.checked_law import alone, law_resolution, swing
+from shakedown.motion.checked_law import alone, law_resolution, load_range
 from shakedown.motion.event_history import EventHistory, path_violation
 from shakedown.motion.fixed_steps import REMEMBERED, FixedSteps
 from shakedown.motion.method import CycleRecord, Walk, cycles_of, walk
@@ -148,7 +148,7 @@ class Simulation(Result):
         first_cycles = self.long_term.first_cycles
         if first_cycles is not None:
             return Walk(self.initial_slip, tuple(record for record, _ in first_cycles), None)
-        return walk(self.long_term.begun.motion(), _cycles_there(self.long_term))
+        return walk(self.long_term.origin.motion(), _cycles_there(self.long_term))
 
     @property
     def history(self) -> EventHistory | None:
@@ -240,11 +240,11 @@ def _from_event_to_event(settled: LongTermState, record: bool) -> Simulation:
     """The way there recorded, if wanted; the state is undecided where that breaks the friction law."""
     if not record:
         return Simulation(settled=settled, method="event")
-    begun = settled.begun
-    path = walk(begun.motion(), _cycles_there(settled), record=True)
+    origin = settled.origin
+    path = walk(origin.motion(), _cycles_there(settled), record=True)
     if path.history is not None and settled.outcome != Outcome.UNDECIDED:
-        met = path_violation(begun.problem, begun.load_factor, begun.tolerances, path.history)
-        settled = settled.checked(met, law_resolution(begun.problem, begun.tolerances), "on the way there")
+        met = path_violation(origin.problem, origin.load_factor, origin.tolerances, path.history)
+        settled = settled.checked(met, law_resolution(origin.problem, origin.tolerances), "on the way there")
     return Simulation(settled=settled, method="event", followed=path)
 
 
@@ -296,7 +296,7 @@ def recorded_verdict(cycles: Sequence[CycleRecord], threshold: FloatArray) -> Ve
 def _at_fixed_steps(motion: FixedSteps, cycles: int, method: str, record: bool) -> Simulation:
     """Cycle until the last cycles show the settled state, or the allowed cycles are spent."""
     problem, t, followed = motion.problem, motion.tolerances, list[CycleRecord]()
-    moving, force = swing(problem, motion.load), motion.scale.force
+    moving, force = load_range(problem, motion.load), motion.scale.force
     threshold = alone(problem, max(t.steadiness * moving, DISTINCT * t.convergence * force))[: problem.n]
     start, verdict = motion.state.u[problem.layout.slips], None
     for cycle in cycles_of(motion, cycles, record=record):

@@ -20,13 +20,13 @@ from shakedown.joint.contact_zone import coupled_parts, of_nodes
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.creep_proofs import sliding_bodies
-from shakedown.long_term.passage import (
+from shakedown.long_term.motion_start import (
     FirstCycles,
-    Passage,
-    further_from,
-    further_from_start,
+    MotionStart,
     is_known,
     proving_bound,
+    total_slip_from,
+    total_slip_from_start,
 )
 from shakedown.long_term.rigid_drift import RigidDrift, rigid_drift
 from shakedown.motion.checked_law import path_resolution, scales
@@ -36,7 +36,7 @@ from shakedown.motion.method import CycleRecord, State, Stop, Walk, walk
 from shakedown.motion.viscous_jump import Jump
 
 VARIES_LITTLE = "the varying part of the loads is next to round-off beside the constant part"
-MOST = 256  # largest number of cycles after which a state is examined, doubling from 1
+MOST_EXAMINED = 256  # largest number of cycles after which a state is examined, doubling from 1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -225,7 +225,7 @@ class LongTermState(SettledState):
         Largest violation of the friction law met elsewhere than in that period.
     most_cycles
         How many were allowed.
-    begun, goal
+    origin, goal
         Where the motion began, and the state at the start of that period.
     first_cycles
         What a search in space has passed through before it first leapt ahead.
@@ -251,7 +251,7 @@ class LongTermState(SettledState):
     stop: Stop | None = None
     met: float = field(default=np.nan, repr=False)
     most_cycles: int = field(repr=False, compare=False)
-    begun: Passage = field(repr=False, compare=False)
+    origin: MotionStart = field(repr=False, compare=False)
     goal: State = field(repr=False, compare=False)
     first_cycles: FirstCycles | None = field(default=None, repr=False, compare=False)
     jumps: tuple[Jump, ...] = field(default=(), repr=False)
@@ -283,7 +283,7 @@ class LongTermState(SettledState):
 
     def motion(self) -> Evolution:
         """The motion at the start of a period of the long-term state."""
-        return self.begun.motion_from(self.goal, self.cycles_simulated - self.period)
+        return self.origin.motion_from(self.goal, self.cycles_simulated - self.period)
 
     @cached_property
     def history(self) -> EventHistory:
@@ -300,7 +300,7 @@ class LongTermState(SettledState):
         if not self.period:
             return np.full(self.problem.n, np.nan)
         if self.parts:
-            parts = coupled_parts(self.problem, self.begun.open_nodes)
+            parts = coupled_parts(self.problem, self.origin.open_nodes)
             return of_nodes(parts, (part.work_per_cycle for part in self.parts))
         return np.asarray(np.sum([record.work for record in self._walk.records], axis=0) / self.period)
 
@@ -316,8 +316,8 @@ class LongTermState(SettledState):
             return self.met  # a search that records its path has checked the period already
         if self.parts:
             return max(part.residual for part in self.parts)
-        begun = self.begun
-        found = path_violation(begun.problem, begun.load_factor, begun.tolerances, self.history)
+        origin = self.origin
+        found = path_violation(origin.problem, origin.load_factor, origin.tolerances, self.history)
         return found if np.isnan(self.met) else max(self.met, found)
 
     @property
@@ -421,12 +421,12 @@ def energy_proof(state: LongTermState) -> EnergyProof:
     the states that the motion really passes through are looked at until one is inside.
     Where none is, the slip that is still to come is bounded, if it can be.
     """
-    ball = ball_about(state.begun, state.final_slip, state.open_nodes)
-    if ball is not None and (cycles := comes_into(ball, state)) is not None:
+    ball = ball_about(state.origin, state.final_slip, state.open_nodes)
+    if ball is not None and (cycles := cycles_until_inside(ball, state)) is not None:
         return replace(_proof_of(ball, state), cycles=cycles)
     # A ball that holds the start also holds the state at rest, so where none does λ_E is not computed.
-    asked = ball is not None or is_known(state.begun)
-    if asked and proving_bound(state.begun) is not None:
+    asked = ball is not None or is_known(state.origin)
+    if asked and proving_bound(state.origin) is not None:
         return EnergyProof(True, cycles=0, by=ENERGY)
     return slip_proof(state)
 
@@ -437,20 +437,20 @@ def slip_proof(state: LongTermState) -> EnergyProof:
     The start is asked about, then the state at rest. Where that one proves nothing, states near it hardly
     do; where it does, the states after 1, 2, 4, … cycles are asked about, with the error of their path.
     """
-    begun = state.begun
-    further = further_from_start(begun)
+    origin = state.origin
+    further = total_slip_from_start(origin)
     if further < inf:
         return EnergyProof(True, cycles=0, by=SLIP, further=further)
-    loop = _after_transient(begun.problem)
-    if state.open_nodes or not further_from(loop, begun.load_factor, state.final_slip) < inf:
+    loop = _after_transient(origin.problem)
+    if state.open_nodes or not total_slip_from(loop, origin.load_factor, state.final_slip) < inf:
         return NO_PROOF
-    known = path_resolution(loop, begun.tolerances) * scales(loop, begun.load_factor).length
-    for passed in begun.passed(state.first_cycles, min(state.cycles_examined, MOST)):
-        if passed.cycles > MOST:
+    known = path_resolution(loop, origin.tolerances) * scales(loop, origin.load_factor).length
+    for passed in origin.passed(state.first_cycles, min(state.cycles_examined, MOST_EXAMINED)):
+        if passed.cycles > MOST_EXAMINED:
             break
         if passed.open_nodes or passed.cycles & (passed.cycles - 1):
             continue
-        further = further_from(loop, begun.load_factor, passed.slip, known + passed.error)
+        further = total_slip_from(loop, origin.load_factor, passed.slip, known + passed.error)
         if further < inf:
             return EnergyProof(True, cycles=passed.cycles, by=SLIP, further=further)
     return NO_PROOF
@@ -471,7 +471,7 @@ def with_margins(state: LongTermState) -> EnergyProof:
     Where that takes long, without shares where such a ball holds it: one program instead of three.
     """
     for split in (False, True) if takes_long(state.problem) else (True,):
-        ball = ball_about(state.begun, state.final_slip, state.open_nodes, split=split)
+        ball = ball_about(state.origin, state.final_slip, state.open_nodes, split=split)
         if ball is not None:
             return _proof_of(ball, state)
     return EnergyProof(True)
@@ -480,7 +480,7 @@ def with_margins(state: LongTermState) -> EnergyProof:
 def proof_in(ball: EnergyBall, state: LongTermState) -> EnergyProof | None:
     """The proof by a given ball of the load factor; None where it proves nothing."""
     holds = ball.open_nodes == state.open_nodes and bool(ball.contains(state.final_slip))
-    cycles = comes_into(ball, state) if holds else None
+    cycles = cycles_until_inside(ball, state) if holds else None
     return None if cycles is None else replace(_proof_of(ball, state), cycles=cycles)
 
 
@@ -489,10 +489,10 @@ def _proof_of(ball: EnergyBall, state: LongTermState) -> EnergyProof:
     return EnergyProof(True, float(ball.margin(slip)), float(ball.single_node_margin(slip)), True, by=ENERGY)
 
 
-def comes_into(ball: EnergyBall, state: LongTermState) -> int | None:
+def cycles_until_inside(ball: EnergyBall, state: LongTermState) -> int | None:
     """The number of cycles until a motion that comes to rest in a ball is in it; None if not found."""
     kept = 0 if state.first_cycles is None else len(state.first_cycles)
-    for passed in state.begun.passed(state.first_cycles, state.cycles_examined):
+    for passed in state.origin.passed(state.first_cycles, state.cycles_examined):
         if passed.open_nodes == state.open_nodes and ball.contains(passed.slip, off=passed.error):
             return passed.cycles
         if passed.cycles == kept:
@@ -512,9 +512,9 @@ def _cycles_left(away: float, margin: float, contraction: float) -> float:
 
 @on_one_thread
 def ball_about(
-    begun: Passage, slip: FloatArray, open_nodes: tuple[int, ...], *, split: bool = True
+    origin: MotionStart, slip: FloatArray, open_nodes: tuple[int, ...], *, split: bool = True
 ) -> EnergyBall | None:
     """The ball that holds a state best, with these nodes open; None where there is none, or no such zone."""
-    more: dict[str, Any] = {"open_nodes": open_nodes, "split": split, "tolerances": begun.tolerances}
-    found = attempt_any(energy_ball, begun.problem, begun.load_factor, around=slip, transient=False, **more)
+    more: dict[str, Any] = {"open_nodes": open_nodes, "split": split, "tolerances": origin.tolerances}
+    found = attempt_any(energy_ball, origin.problem, origin.load_factor, around=slip, transient=False, **more)
     return found if isinstance(found, EnergyBall) and found.contains(slip) else None

@@ -85,7 +85,7 @@ def scales_of(problem: Problem, *paths: FloatArray) -> Scales:
     return Scales(force, force / float(stiffness.min()) if stiffness.size else 1.0)
 
 
-def swing(problem: Problem, load: FloatArray) -> float:
+def load_range(problem: Problem, load: FloatArray) -> float:
     """The largest change of a tangential reaction or of a friction limit over one period [force].
 
     A constant load causes no slip: slips are compared with the displacement that this force would cause at

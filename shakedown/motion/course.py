@@ -8,14 +8,14 @@ import numpy as np
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.named_state import Hash, Integers, NamedState, Reals, inner
 
-End = IntEnum(
-    "End",
+LoopEnd = IntEnum(
+    "LoopEnd",
     "DONE NO_RATES LIFTS_OFF RECORD_FULL TOO_MANY_EVENTS NOT_SETTLED PAUSED OUT_OF_WORK AT_EVENT "
     "LIMIT_WANTED SINGULAR",
     start=0,
 )
 """How a compiled loop ends; OUT_OF_WORK: what motions may take is spent (ground.work_limit)."""
-EFFORT = 200_000_000  # multiplications and additions after which a loop returns, about a fifth of a second
+CALL_OPERATIONS = 200_000_000  # additions and products after which a loop returns, some 0.2 s
 ENUMERABLE = 10  # nodes up to which all combinations of two states are tried
 RECORD_ROWS = 256  # rows of a path after which a loop returns so that they are read
 HASH_PRIME = np.uint64(1099511628211)

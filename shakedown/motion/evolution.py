@@ -16,7 +16,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import free_stiffness
 from shakedown.motion.checked_law import law_violation
-from shakedown.motion.course import End
+from shakedown.motion.course import LoopEnd
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.method import SLIDES_AWAY, Beginning, CycleRecord, Motion, State, Stop, cycles_of
 from shakedown.motion.plane.plane_events import PlaneEvents
@@ -117,7 +117,7 @@ class Evolution(Motion):
         self.enter_cycle(before)
         method.enter(before == 0, record)
         if not (self.held and work_is_left()):
-            self.say_why(End.OUT_OF_WORK if self.held else End.NOT_SETTLED)
+            self.say_why(LoopEnd.OUT_OF_WORK if self.held else LoopEnd.NOT_SETTLED)
             return False
         goes_on = True
         while goes_on:  # ends, as events per load step, jumps per cycle and cycles are limited
@@ -125,12 +125,12 @@ class Evolution(Motion):
             found = status in method.passable and method.finds_way_on()
             self.pieces += method.recorded(before)
             self.done = before + method.motion.passes
-            goes_on = status != End.DONE and work_is_left()
-            if goes_on and not found and status not in (End.RECORD_FULL, End.PAUSED):
-                goes_on = status == End.NO_RATES and self.jump()
-        if status != End.DONE:
-            self.say_why(status if work_is_left() else End.OUT_OF_WORK)
-        return status == End.DONE
+            goes_on = status != LoopEnd.DONE and work_is_left()
+            if goes_on and not found and status not in (LoopEnd.RECORD_FULL, LoopEnd.PAUSED):
+                goes_on = status == LoopEnd.NO_RATES and self.jump()
+        if status != LoopEnd.DONE:
+            self.say_why(status if work_is_left() else LoopEnd.OUT_OF_WORK)
+        return status == LoopEnd.DONE
 
     def _what_it_did(self) -> CycleRecord:
         did, counted, jumps = self.method.motion, self.method.motion.content, tuple(self.jumps)
@@ -199,7 +199,7 @@ class Evolution(Motion):
     def say_not_held(self) -> None:
         """Set ``stop`` where a cycle cannot begin as nothing holds the moving nodes of its first state."""
         self.method.enter(self.done == 0, False)
-        self.say_why(End.NOT_SETTLED)
+        self.say_why(LoopEnd.NOT_SETTLED)
 
     def say_why(self, status: int) -> None:
         """Set ``stop`` to the reason for this status of the loop."""
@@ -207,22 +207,22 @@ class Evolution(Motion):
         steps = self.problem.m - len(self.path) + now.step + now.time
         time = float(self.done + steps / self.problem.m)
         reasons: dict[int, str] = {
-            End.NO_RATES: "the state jumps and does not come to rest",
-            End.LIFTS_OFF: f"node {now.concerned} lifts off, and the problem has no C",
-            End.TOO_MANY_EVENTS: "events accumulate within one load step",
-            End.NOT_SETTLED: "the moving nodes are not held: their stiffness is singular to round-off",
-            End.OUT_OF_WORK: "the computation allowed for a run is spent",
+            LoopEnd.NO_RATES: "the state jumps and does not come to rest",
+            LoopEnd.LIFTS_OFF: f"node {now.concerned} lifts off, and the problem has no C",
+            LoopEnd.TOO_MANY_EVENTS: "events accumulate within one load step",
+            LoopEnd.NOT_SETTLED: "the moving nodes are not held: their stiffness is singular to round-off",
+            LoopEnd.OUT_OF_WORK: "the computation allowed for a run is spent",
         }
-        if self.left and status != End.OUT_OF_WORK:
+        if self.left and status != LoopEnd.OUT_OF_WORK:
             reasons[status] = "the body leaves: every node is open and nothing else holds it"
         if self.slides:
             reasons[status] = SLIDES_AWAY
         if not self.held:
-            reasons[status] = reasons[End.NOT_SETTLED]
+            reasons[status] = reasons[LoopEnd.NOT_SETTLED]
         when = f"at time {time:.6g} cycles" if time >= 0 else "on the way to the first period"
         why = ": friction and stiffness do not hold it" * self.slides
         self.stop = Stop(
-            f"{reasons[status]} {when}{why}", time, now.concerned, self.slides, status == End.OUT_OF_WORK
+            f"{reasons[status]} {when}{why}", time, now.concerned, self.slides, status == LoopEnd.OUT_OF_WORK
         )
 
 

@@ -49,7 +49,7 @@ from shakedown.ground.work_limit import BY_BLAS, count_work, work_is_left
 from shakedown.joint.law import Law
 from shakedown.joint.result import Result
 from shakedown.motion.checked_law import Scales, law_violation, reaction_round_off
-from shakedown.motion.course import EFFORT, End, Precision, course
+from shakedown.motion.course import CALL_OPERATIONS, LoopEnd, Precision, course
 from shakedown.motion.plane.active_set import active_set, factorize, rates, solve
 from shakedown.motion.plane.event_loop import follow_straight
 from shakedown.motion.plane.moving_state import PlaneRun, begin, empty_record, motion_at_rest
@@ -229,9 +229,9 @@ class _SlideEquations:
 
 
 ACCURACY = 0.01  # accepted departure of a step from a straight path, relative to the motion so far
-RUNG = 1.5  # ratio of the distances aimed at; speeds like the third power of the way let a step reach that
-LONGER = 5.0  # how much longer a step lasts than the one before, at most
-AIMED = 0.8  # of the length at which a step would be just straight enough
+DISTANCE_RATIO = 1.5  # of successive distances: one step each where speeds grow with the cube of the distance
+LARGEST_GROWTH = 5.0  # how much longer a step lasts than the one before, at most
+SAFETY = 0.8  # of the length at which a step would be just straight enough
 
 
 @dataclass
@@ -278,7 +278,7 @@ class StepLengths:
         """
         bend = turn * way / (ACCURACY * motion)  # how far from straight, relative to what is accepted
         if self.passed and bend > 1.0:
-            self.shorten(AIMED / sqrt(bend))
+            self.shorten(SAFETY / sqrt(bend))
             return False
         # length of a step in which nodes change their contact states, relative to the motion so far
         if self.passed and changes and way > 0.4 * motion:
@@ -286,19 +286,19 @@ class StepLengths:
             return False
         before = self.passed[-1][0] if self.passed else 0.0
         self.passed = [*self.passed[-2:], (before + way, speed)]
-        self.duration = self._next(way, motion, AIMED * way / sqrt(bend) if bend > 0.0 else inf)
+        self.duration = self._next(way, motion, SAFETY * way / sqrt(bend) if bend > 0.0 else inf)
         return True
 
     def _next(self, last: float, motion: float, straight: float) -> float:
         """The duration in which the next step will end where it is to end; longer where none is seen."""
         if last <= SETTLED * self.size:  # speeds are round-off
             self.idle += 1
-            return LONGER * self.duration
-        longest, way = LONGER * self.duration, 0.0
-        rung = floor(log(motion / self.length) / log(RUNG) + 0.5)
+            return LARGEST_GROWTH * self.duration
+        longest, way = LARGEST_GROWTH * self.duration, 0.0
+        level = floor(log(motion / self.length) / log(DISTANCE_RATIO) + 0.5)
         while True:
-            rung += 1
-            further = self.length * RUNG**rung - motion
+            level += 1
+            further = self.length * DISTANCE_RATIO**level - motion
             speed = self._speed_after(further)
             # how much faster the motion is expected to be at the end of a step, at most
             reached = 0.0 < speed <= 4.0 * self.passed[-1][1] and further <= longest * speed
@@ -551,10 +551,10 @@ class ViscousMotion(Relaxation):
         if factorize(act) <= 0:
             return None
         begin(mo)
-        status = End.PAUSED
-        while status == End.PAUSED:
-            status = follow_straight(run, 1, EFFORT)
-        if status != End.DONE or not np.isfinite(mo.u).all():
+        status = LoopEnd.PAUSED
+        while status == LoopEnd.PAUSED:
+            status = follow_straight(run, 1, CALL_OPERATIONS)
+        if status != LoopEnd.DONE or not np.isfinite(mo.u).all():
             return None
         return StepEnd(mo.u.copy(), act.state.copy(), mo.work, mo.slip)
 

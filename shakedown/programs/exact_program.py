@@ -133,7 +133,7 @@ class ExactVertex:
         return replace(self, x=[x.get(j, 0) for j in range(count)])
 
 
-class Work:
+class PivotBudget:
     """The shared budget of the pivots of several programs, in multiplications of their systems.
 
     Whatever is left, one program takes no more than ``MAX_WORK``.
@@ -154,7 +154,7 @@ class Work:
 
 
 def exact_vertex(
-    program: ExactProgram, active: list[int], free: list[int], work: Work | None = None
+    program: ExactProgram, active: list[int], free: list[int], budget: PivotBudget | None = None
 ) -> ExactVertex | None:
     """Check the vertex where the active rows meet; move on from it where it is not the best.
 
@@ -167,7 +167,7 @@ def exact_vertex(
     free
         The columns they determine; the others are zero, which is right as long as the
         multipliers balance them as well, and is changed where they do not.
-    work
+    budget
         What pivots may cost, where several programs share it.
 
     Returns
@@ -182,9 +182,9 @@ def exact_vertex(
     >>> end.status.value, end.x, end.y
     ('optimal', [2, 3], {0: 1, 1: 1})
     """
-    active, free, work = list(active), sorted(free), work or Work()
+    active, free, budget = list(active), sorted(free), budget or PivotBudget()
     while len(active) == len(free):  # ends, as every round frees another column
-        end = _simplex(program.columns(free), active, work)
+        end = _simplex(program.columns(free), active, budget)
         if end is None:
             return None
         loose = _unbalanced(program, free, end)
@@ -229,14 +229,14 @@ def _completion(program: ExactProgram, active: list[int], free: list[int]) -> li
     return []
 
 
-def _simplex(program: ExactProgram, basis: list[int], work: Work) -> ExactVertex | None:
+def _simplex(program: ExactProgram, basis: list[int], budget: PivotBudget) -> ExactVertex | None:
     """Change ``basis`` in place, by dual pivots until every row holds, then by primal ones to the optimum."""
     start, cost = _weights(program, basis, program.cost), program.cost
     if start is None:
         return None
     if min(start[0], default=0) < 0:  # to become feasible, any cost for which the basis is optimal will do
         cost = [sum(program.matrix[i][j] for i in basis) for j in range(len(cost))]
-    for _ in work.pivots(len(basis)):
+    for _ in budget.pivots(len(basis)):
         at = _point(program, basis)
         if at is None:
             return None

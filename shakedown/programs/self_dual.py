@@ -42,7 +42,7 @@ class Point(NamedTuple):
 
 
 Points = tuple[Point, ...]
-Enough = Callable[[FloatArray, FloatArray], bool]  # of x and the multipliers
+StopTest = Callable[[FloatArray, FloatArray], bool]  # of x and the multipliers
 
 
 def never(x: FloatArray, multipliers: FloatArray) -> bool:
@@ -78,37 +78,36 @@ class SelfDualSolution:
 
 @np.errstate(all="ignore")  # overflow is no solution, and is not taken for one
 def solve_self_dual(
-    rows: DiscProgram, usable: float = USABLE, begun: Points = (), enough: Enough = never
+    rows: DiscProgram, usable: float = USABLE, earlier: Points = (), enough: StopTest = never
 ) -> SelfDualSolution:
     """The solution of a program: its optimum, or what proves that there is none, to what round-off allows.
 
     The homogeneous self-dual embedding of Xu, Hung and Ye, with the scaling of Nesterov and Todd and
     the predictor and corrector of Mehrotra. An optimum less accurate than ``usable`` is undecided.
-    ``begun`` is the way to the optimum of a program that differs little: this one shares it as far as it may.
-    A point on the way, x and multipliers, that is ``enough`` is an end: what is asked of the program is
-    known there.
+    ``earlier``, the iterates of a program that differs little, is a warm start as far as they suit this one.
+    An iterate, x and multipliers, at which ``enough`` is true ends the iteration, however inaccurate.
     """
-    shared = _shared(rows, begun)
+    shared = _shared(rows, earlier)
     end = _followed(rows, usable, shared, enough)
     return _followed(rows, usable, (), enough) if shared and end.status == Status.UNDECIDED else end
 
 
-def _shared(rows: DiscProgram, begun: Points) -> Points:
+def _shared(rows: DiscProgram, earlier: Points) -> Points:
     """The iterates up to the last with residuals here small beside its gap; empty where there is none."""
     size_h, size_c = _sizes(rows)
-    if begun and (begun[0].x.shape, begun[0].s.shape) != (rows.costs.shape, rows.limits.shape):
+    if earlier and (earlier[0].x.shape, earlier[0].s.shape) != (rows.costs.shape, rows.limits.shape):
         return ()
-    for last in range(len(begun), 0, -1):
-        x, s, y, tau, _ = begun[last - 1]
+    for last in range(len(earlier), 0, -1):
+        x, s, y, tau, _ = earlier[last - 1]
         short = float(np.linalg.norm(rows.times(x) + s - tau * rows.limits)) / size_h
         left = float(np.linalg.norm(rows.transposed(y) + tau * rows.costs)) / size_c
         # such a point of another program serves as a start
         if max(short, left) * tau <= 0.5 * float(s @ y):
-            return begun[:last]
+            return earlier[:last]
     return ()
 
 
-def _followed(rows: DiscProgram, usable: float, shared: Points, enough: Enough) -> SelfDualSolution:
+def _followed(rows: DiscProgram, usable: float, shared: Points, enough: StopTest) -> SelfDualSolution:
     unit, path = rows.cones.unit, list(shared)
     point = path[-1] if path else Point(np.zeros(len(rows.costs)), unit, unit, 1.0, 1.0)
     seen = _seen(rows, point)
@@ -325,12 +324,12 @@ def _refined(
 
 @on_one_thread
 def solve_discs(
-    program: DiscProgram, usable: float = USABLE, begun: Points = (), enough: Enough = never
+    program: DiscProgram, usable: float = USABLE, earlier: Points = (), enough: StopTest = never
 ) -> SelfDualSolution:
     """The solution of a program, with the points on the way to it; one less accurate than ``usable`` is none.
 
-    ``begun`` is the way to the end of a program that differs little, a head start where there are many nodes.
-    A point on the way, (y, w) and multipliers, that is ``enough`` is an end, however inaccurate.
+    ``earlier`` holds the iterates of a program that differs little: a warm start for many nodes.
+    An iterate, (y, w) and multipliers, at which ``enough`` is true ends the iteration, however inaccurate.
 
     Raises
     ------
@@ -351,7 +350,7 @@ def solve_discs(
     >>> str(end.status), end.x.round(6)
     ('optimal', array([0.2, 0.6]))
     """
-    end = solve_self_dual(program, usable, begun, enough)
+    end = solve_self_dual(program, usable, earlier, enough)
     if end.status == Status.UNDECIDED:
         raise SolverError(
             f"the program of {len(program.node)} discs ended without an answer, {end.accuracy:.1e} from one"

@@ -14,7 +14,7 @@ from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.programs.program import INF, Meeting, Program, Solution, sharpened
 
-FINER = 2.0**14  # factor on costs where HiGHS's tolerance leaves a notable reduced cost
+REFINED_COSTS = 2.0**14  # factor on costs where HiGHS's tolerance leaves a notable reduced cost
 TOLERANCE = 1e-10  # the smallest that HiGHS accepts
 _BASIC = highspy.HighsBasisStatus.kBasic
 LOOSENED = ("primal_feasibility_tolerance", "dual_feasibility_tolerance")
@@ -201,7 +201,7 @@ class Simplex:
         if self._left_to_gain() <= ROUND_OFF:
             return
         basis, columns = self._highs.getBasis(), np.arange(len(self.program.cost), dtype=np.int32)
-        self._highs.changeColsCost(len(columns), columns, self.program.cost * FINER)
+        self._highs.changeColsCost(len(columns), columns, self.program.cost * REFINED_COSTS)
         done = self._warm() == Status.OPTIMAL
         basis = self._highs.getBasis() if done else basis
         self._highs.changeColsCost(len(columns), columns, self.program.cost)
@@ -231,7 +231,7 @@ def solve(program: Program) -> Solution:
 
 
 @dataclass(frozen=True)
-class Widest:
+class ChebyshevCentre:
     """The point x with the largest margin, and the multipliers ≥ 0 that prove that no larger one exists."""
 
     x: FloatArray
@@ -240,7 +240,7 @@ class Widest:
     reduced_accuracy: bool
 
 
-def widest(
+def chebyshev_centre(
     matrix: FloatArray,
     norms: FloatArray,
     right: FloatArray,
@@ -248,11 +248,11 @@ def widest(
     cap: float,
     signed: int | None = None,
     tolerances: Tolerances = DEFAULT,
-) -> Widest:
+) -> ChebyshevCentre:
     """Maximise t ≤ cap subject to M x + t·norms ≤ right, and x ≥ 0 in the column ``signed``.
 
-    The multipliers satisfy yᵀ M = 0 (≥ 0 in the column ``signed``), yᵀ norms = 1 and
-    yᵀ right = t, as long as t < cap.
+    With the norms of the rows x is the Chebyshev centre of the polyhedron M x ≤ right. The multipliers
+    satisfy yᵀ M = 0 (≥ 0 in the column ``signed``), yᵀ norms = 1 and yᵀ right = t, as long as t < cap.
     """
     rows, columns = matrix.shape
     lower = np.full(columns + 1, -INF)
@@ -266,8 +266,8 @@ def widest(
     )
     end = solve(program)
     if not end.optimal:  # rows without a norm contradict each other, whatever t
-        return Widest(np.zeros(columns), -inf, np.zeros(rows), end.reduced_accuracy)
-    return Widest(end.x[:-1], float(end.x[-1]), end.multipliers, end.reduced_accuracy)
+        return ChebyshevCentre(np.zeros(columns), -inf, np.zeros(rows), end.reduced_accuracy)
+    return ChebyshevCentre(end.x[:-1], float(end.x[-1]), end.multipliers, end.reduced_accuracy)
 
 
 def corners(matrix: FloatArray, right: FloatArray) -> FloatArray:
@@ -295,7 +295,7 @@ def corners(matrix: FloatArray, right: FloatArray) -> FloatArray:
     sides, distance = matrix[steep] / norms[steep, None], right[steep] / norms[steep]
     size = float(np.abs(distance).max())
     far = size / THREE_DIGITS  # a corner that much farther than the sides belongs to an unbounded polygon
-    found = widest(sides, np.ones(len(distance)), distance, cap=far)
+    found = chebyshev_centre(sides, np.ones(len(distance)), distance, cap=far)
     if not 0 < found.margin < 0.9 * far:
         return np.empty((0, 2))
     try:

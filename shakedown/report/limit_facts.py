@@ -404,9 +404,9 @@ def friction_facts(limits: JointLimits) -> list[Fact]:
     own = 1.0 if found.factor else float(limits.problem.f.max())
     what = "factors on f" if found.factor else "f"
     closed, opened = found.uniqueness_in_contact, found.uniqueness
-    named: list[tuple[str, Threshold | Wedging, str]] = [("unique in contact", closed, notes.not_unique)]
+    named: list[tuple[str, Threshold | Wedging, str]] = [("unique motion, closed", closed, notes.not_unique)]
     if opened is not None and (opened.low, opened.high) != (closed.low, closed.high):
-        named.append(("unique, nodes open", opened, notes.not_unique))
+        named.append(("unique motion, nodes open", opened, notes.not_unique))
     named.append(("no wedging", found.wedging, notes.wedging))
     known = []
     for name, each, otherwise in named:

@@ -337,8 +337,9 @@ def verdict(v: Verification) -> str:
 
 
 def banner_class(v: Verification) -> str:
-    """The colour of the banner: green only where the joint shakes down, red where it slips for ever.
+    """The colour of the banner: green where the joint shakes down, red where it slips for ever.
 
+    The ground is red, too, where simulation and limits disagree, and there only.
     Runs at other load factors that are left open do not colour the answer for the nominal one.
     """
     run = v.as_given.simulation
@@ -346,13 +347,13 @@ def banner_class(v: Verification) -> str:
         each.simulation.outcome == Outcome.UNDECIDED and each.simulation.load_factor != run.load_factor
         for each in v.runs
     )
-    if run.separated and not v.disagreements:
-        return "open"
-    if v.disagreements or run.slides_away or run.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING):
+    if v.disagreements:
         return "disagree"
+    if run.slides_away or run.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING):
+        return "open" if run.separated else "slips"
     exact = run.proved or run.long_term is not None  # at fixed load steps slow slip may look like none
     rests = run.outcome == Outcome.SHAKEDOWN and exact and len(v.open_questions) == elsewhere
-    return "agree" if rests else "open"
+    return "agree" if rests and not run.separated else "open"
 
 
 def state_facts(v: Verification) -> list[Fact]:

@@ -341,13 +341,12 @@ def refinement_sheet(problem: Problem, found: Refinement) -> Sheet:
         if known and asked.get(word, found.load_factor) is not None:
             trend = found.trends[word]
             values = [number(float(value)) for value in found.numbers[word][last]]
-            about = [str(trend.verdict), number(trend.limit), number(trend.order, 2)]
+            slowly = " slowly" * (trend.verdict == "converges" and trend.order < 0.75)  # 0.5 is the least
+            about = [f"{trend.verdict}{slowly}", number(trend.limit), number(trend.order, 2)]
             rows.append([with_unit(name, of.get(word, "")), *values, *about])
     heads = ["", *(f"{count} nodes" for count in found.nodes[last]), "verdict", "limit", "order"]
     table = Table(heads, rows, (0, len(heads) - 3))
-    facts = [
-        Fact("work and slip at", f"λ = {found.load_factor:g}", note="per cycle, starting with zero slip")
-    ]
+    facts = [Fact("work and slip at", f"λ = {found.load_factor:g}", note="per cycle, from zero slip")]
     if found.slip_below is not None:
         facts.append(Fact("small slips", f"below {sized(found.slip_below, units.length)}"))
     if found.radius is not None:

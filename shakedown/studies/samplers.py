@@ -20,7 +20,7 @@ from shakedown.joint.constraints import slip_reach
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
-from shakedown.long_term.passage import slip_after_transient
+from shakedown.long_term.motion_start import slip_after_transient
 from shakedown.long_term.state import LongTermState
 
 NAMED = {"zero": "zero", "given": "given", "critical": "witness"}  # name in a map, and of ``named_start``

@@ -205,6 +205,16 @@ def test_the_start_decides_where_slip_and_pressure_are_coupled():
     assert curve.from_zero.dissipation[2] < 0.99 * curve.dissipation[2]
 
 
+def test_by_default_the_first_load_that_varies_is_followed():
+    """A clamping load comes first, and is constant."""
+    loads = {"load_reactions": [[0.0, 2.0], [-1.0, 0.0]], "load_history": [[1.0, 1.0], [1.0, -1.0]]}
+    joint = jenkins(**loads, load_compliance=np.diag([1.0, S]), load_names=["clamp", "push"])
+    curve = damping(joint, [0.5, 2.0])
+    assert (curve.load, curve.load_name) == (1, "push")
+    assert curve.dissipation.tolist() == damping(jenkins(), [0.5, 2.0]).dissipation.tolist()
+    assert not damping(joint, [1.0], load="clamp").force.any()
+
+
 def test_without_compliance_the_dissipation_is_known():
     curve = damping(jenkins(load_compliance=None), [2.0])
     assert curve.dissipation.tolist() == [2.0]

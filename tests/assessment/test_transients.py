@@ -8,7 +8,7 @@ import pytest
 import shakedown
 from shakedown.ground.shown_values import down
 from shakedown.joint.constraints import through_transient
-from shakedown.long_term.passage import arrives_closed
+from shakedown.long_term.motion_start import arrives_closed
 from shakedown.motion.evolution import evolve
 from shakedown.report.limit_facts import limit_sections
 from tests.joints import joint_of_kind

@@ -65,7 +65,7 @@ def test_transient_load_steps_come_first():
 
 def test_runs_that_take_too_much_work_are_said_to_be_open(monkeypatch):
     """Within their first cycle: nothing is claimed of them, and what is known without them stays."""
-    monkeypatch.setattr(space_events, "EFFORT", 1)
+    monkeypatch.setattr(space_events, "CALL_OPERATIONS", 1)
     monkeypatch.setattr("shakedown.assessment.verify.limited_work", lambda _: limited_work(1e3))
     cut = shakedown.verify(shakedown.example("two-node-3d"), random_states=1)
     open_runs = [each for each in cut.runs if each.simulation.outcome == "undecided"]

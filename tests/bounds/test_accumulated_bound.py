@@ -149,7 +149,7 @@ def test_the_order_of_the_loads_does_not_matter() -> None:
 
 
 def test_the_check_notices_what_is_wrong() -> None:
-    """A larger load, a lower lid, a slip that hinders more, a start farther off, an arc less."""
+    """A larger load, a smaller a, a smaller N, a start farther off, an arc less: none is confirmed."""
     problem = shakedown.example("three-node")
     bound = shakedown.accumulated_bound(problem)
     arcs = bound.arcs
@@ -160,12 +160,12 @@ def test_the_check_notices_what_is_wrong() -> None:
 
     assert holds()
     assert not holds(at=bound.load_factor * 1.01)
-    assert not holds(lid=arcs.lid * 0.99)
-    assert not holds(hindered=arcs.hindered * 0.99) or not arcs.hindered.any()
+    assert not holds(alone=arcs.alone * 0.99)
+    assert not holds(coupling=arcs.coupling * 0.99) or not arcs.coupling.any()
     assert not holds(off=0.01 * bound.total_slip.max())
-    fewer = {name: getattr(arcs, name)[1:] for name in ("node", "first", "last", "lid")}
-    part = arcs.hindered[1:, 1:]
-    assert not holds(**fewer, hindered=part, inverse=np.linalg.inv(np.eye(len(part)) - part))
+    fewer = {name: getattr(arcs, name)[1:] for name in ("node", "first", "last", "alone")}
+    part = arcs.coupling[1:, 1:]
+    assert not holds(**fewer, coupling=part, inverse=np.linalg.inv(np.eye(len(part)) - part))
 
 
 def test_a_start_that_is_not_known_well_proves_less() -> None:

@@ -10,7 +10,7 @@ import pytest
 import shakedown
 from benchmarks.problems import chain, joint
 from shakedown import Problem
-from shakedown.bounds.coupling import coupling, first_to_lose, scaled_stiffness, unique_in_contact
+from shakedown.bounds.coupling import coupling, first_loss, scaled_stiffness, unique_in_contact
 
 
 def exact_determinant(matrix) -> Fraction:
@@ -106,5 +106,5 @@ def test_a_double_root_ends_uniqueness() -> None:
     B = turn @ np.array([[-0.5, 1.0], [0.0, -0.5]]) @ turn.T
     problem = Problem(A=np.eye(2), B=B, f=1.0, q_w=np.zeros((1, 2)), p_w=np.ones((1, 2)))
     stiffness = scaled_stiffness(problem, np.ones(2), shakedown.Tolerances())
-    same = first_to_lose(stiffness, [(0, 1)])
+    same = first_loss(stiffness, [(0, 1)])
     assert same.factor / stiffness.friction_unit <= 2.0 * (1 + 1e-6)

@@ -9,7 +9,7 @@ import shakedown
 from shakedown.bounds.coupling import (
     coupling_limit,
     energy_limit,
-    first_to_lose,
+    first_loss,
     scaled_stiffness,
     slipping_sets,
 )
@@ -24,7 +24,7 @@ def lost_by(problem, slipping, separated=()):
     """Friction and sides at which one moving set loses uniqueness."""
     stiffness = scaled(problem)
     rest = [i for i in range(problem.n) if i not in separated]
-    lost = first_to_lose(stiffness.opened(separated), [tuple(rest.index(i) for i in slipping)])
+    lost = first_loss(stiffness.opened(separated), [tuple(rest.index(i) for i in slipping)])
     return lost.factor / stiffness.friction_unit, lost.sides
 
 
@@ -109,12 +109,12 @@ def test_intervals_enclose_the_exact_threshold(seed):
     rng = np.random.default_rng(100 + seed)
     problem = random_stiffness(rng, 4)
     stiffness = scaled(problem)
-    contact = first_to_lose(stiffness, slipping_sets(4)).factor
+    contact = first_loss(stiffness, slipping_sets(4)).factor
     everywhere = first_with_open_nodes(stiffness).factor
     assert coupling_limit(stiffness) <= contact
     assert energy_limit(stiffness, separation=False) <= contact
     assert 0 < energy_limit(stiffness, separation=True) <= everywhere
-    few = first_to_lose(stiffness, slipping_sets(4, 2)).factor
+    few = first_loss(stiffness, slipping_sets(4, 2)).factor
     assert few >= max(contact, everywhere) * (1 - 1e-12)
 
 

@@ -94,7 +94,7 @@ def test_bad_states_and_distances_are_one_line(words, message):
 @pytest.mark.parametrize(
     ("name", "colour", "answer"),
     [
-        ("two-node", "disagree", "the joint slips in every cycle: simulated."),
+        ("two-node", "slips", "the joint slips in every cycle: simulated."),
         ("block-9", "agree", "the joint shakes down from zero slip: proved."),
     ],
 )

@@ -119,3 +119,10 @@ def test_a_ring_has_no_end_and_its_hats_go_around():
     assert averaged(joint, 2 * side).n == coarsened(joint).n == 6
     P = hat_functions(surface, np.arange(0, 12, 2))
     assert np.allclose(P[11], [0.5, 0, 0, 0, 0, 0.5])
+
+
+def test_a_length_below_an_element_says_that_nothing_is_averaged(caplog):
+    block = shakedown.example("block-9")
+    assert (averaged(block, 0.5).n, caplog.messages) == (5, [])
+    assert averaged(block, 0.1).A.tolist() == block.A.tolist()
+    assert caplog.messages == ["averaging over 0.1 does nothing: elements are as long"]

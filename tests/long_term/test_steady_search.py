@@ -5,7 +5,7 @@ import pytest
 
 import shakedown
 from shakedown.ground.status import Outcome
-from shakedown.long_term.passage import Passage
+from shakedown.long_term.motion_start import MotionStart
 from shakedown.long_term.space.followed_cycles import SearchRules
 from shakedown.long_term.space.steady_search import SteadySearch
 from shakedown.motion.checked_law import scales
@@ -19,7 +19,7 @@ def settled(
     motion = Evolution(problem, load_factor, start)
     length = motion.scale.length
     rules = SearchRules(1000, 8, 1e-10 * length, np.ones(problem.n))
-    return SteadySearch(motion, Passage.of(motion), rules).settle()
+    return SteadySearch(motion, MotionStart.of(motion), rules).settle()
 
 
 @pytest.mark.parametrize("name", ["two-node", "three-node", "block-9", "press-fit", "uncoupled"])

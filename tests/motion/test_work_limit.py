@@ -32,7 +32,7 @@ def test_no_pause_changes_a_path(monkeypatch, record):
     joint = shakedown.example("four-node-3d")
     whole, paused = Evolution(joint, 1.5), Evolution(joint, 1.5)
     at_once = whole.cycle(record=record)
-    monkeypatch.setattr(space_events, "EFFORT", 1)
+    monkeypatch.setattr(space_events, "CALL_OPERATIONS", 1)
     bit_by_bit = paused.cycle(record=record)
     np.testing.assert_array_equal(whole.state.u, paused.state.u)
     np.testing.assert_array_equal(at_once.slip, bit_by_bit.slip)
@@ -42,7 +42,7 @@ def test_no_pause_changes_a_path(monkeypatch, record):
 @pytest.mark.parametrize("share", [0.3])
 def test_a_motion_stops_within_its_cycle_and_its_jump(monkeypatch, jumping, share):
     most = share * taken(jumping, LOAD_FACTOR)
-    monkeypatch.setattr(space_events, "EFFORT", 1)
+    monkeypatch.setattr(space_events, "CALL_OPERATIONS", 1)
     with limited_work(most) as limit:
         motion = Evolution(jumping, LOAD_FACTOR)
         assert motion.cycle() is None

@@ -56,7 +56,7 @@ def test_a_program_that_differs_little_shares_the_way_to_its_end(little):
     discs = program(4, norm=True, rank=8)
     other = replace(discs, blocks=discs.blocks * (1.0 + 1e-6)) if little else program(6, norm=True, rank=8)
     first, alone = solve_self_dual(discs), solve_self_dual(other)
-    shared = solve_self_dual(other, begun=first.path)
+    shared = solve_self_dual(other, earlier=first.path)
     assert shared.path[0] is first.path[0] or not little
     assert shared.status == alone.status
     np.testing.assert_allclose(shared.x[-1], alone.x[-1], rtol=1e-9)

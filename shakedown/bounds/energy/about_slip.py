@@ -138,7 +138,7 @@ class LimitsAbout:
         sizes = np.where(self._margin_sizes > 0, self._margin_sizes, 1.0)
         return min(1.0, float(np.min(self.slack(y, radius, load_factor) / sizes, initial=1.0)))
 
-    def widest_program(self, *, ball: bool) -> DiscProgram:
+    def centre_program(self, *, ball: bool) -> DiscProgram:
         """The largest margin t ≤ 1 that all keep, relative to their sizes, w = (R, λ, t).
 
         With the ball about y that holds δ; or, without, w = (t,) at one load factor, for R = 0. Where no

@@ -1,4 +1,4 @@
-"""Balls with the largest load factor, radius or margin: the best centre, then the best shares, by turns."""
+"""Balls with the largest load factor, radius or margin: centre and shares are optimised alternately."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -29,11 +29,11 @@ from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.program import typical_size
 from shakedown.programs.self_dual import Points, SelfDualSolution, solve_discs
 
-MOST = 1 - MINOR  # largest f |c|: the proof needs less than 1
+LARGEST_SHARE = 1 - MINOR  # largest f |c|: the proof needs less than 1
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class FoundBall:
     """The solution of a program with the limits, shares included, that it was made of.
 
     Attributes
@@ -42,7 +42,7 @@ class Found:
         Limits and shares.
     about
         The limits about the slip that was given.
-    program, end
+    program, solution
         Maximise w_last, and how that ended.
     slip : (dn,)
         The centre [length].
@@ -57,7 +57,7 @@ class Found:
     limits: BallLimits
     about: LimitsAbout
     program: DiscProgram
-    end: SelfDualSolution
+    solution: SelfDualSolution
     slip: FloatArray
     radius: float
     value: float
@@ -66,17 +66,17 @@ class Found:
     @property
     def status(self) -> Status:
         """How the program ended."""
-        return self.end.status
+        return self.solution.status
 
     @property
     def path(self) -> Points:
         """The points on the way to an optimum; of another end none."""
-        return self.end.path if self.status == Status.OPTIMAL else ()
+        return self.solution.path if self.status == Status.OPTIMAL else ()
 
     @cached_property
     def weights(self) -> FloatArray:
         """Multipliers of the radii of discs, and of rows, without dimension, (K + k,)."""
-        return _weights(self.program, self.about, self.end.multipliers)
+        return _weights(self.program, self.about, self.solution.multipliers)
 
     @property
     def carrying(self) -> Places:
@@ -98,8 +98,8 @@ class Found:
     @cached_property
     def contradiction(self) -> float:
         """By how much the multipliers fail to prove that the limits contradict each other (Farkas)."""
-        program, (discs, rows, _) = self.program, self.program.parts(self.end.multipliers)
-        of_y, of_w, right = _sums(program, self.end.multipliers)
+        program, (discs, rows, _) = self.program, self.program.parts(self.solution.multipliers)
+        of_y, of_w, right = _sums(program, self.solution.multipliers)
         weight = 0.0 if program.norm is None else float(of_w[0])
         value = weight * program.offset - right
         if not value > 0:
@@ -138,16 +138,16 @@ def _proved(program: DiscProgram, end: SelfDualSolution) -> float:
     return value / float(of_w[-1]) if of_w[-1] > 0 else nan
 
 
-def _found(
+def _solved(
     limits: BallLimits,
     about: LimitsAbout,
     start: FloatArray,
     program: DiscProgram,
     allowed: Callable[[FloatArray], tuple[float, float]],
-    begun: Points = (),
+    earlier: Points = (),
     *,
     unit: float = 1.0,
-) -> Found:
+) -> FoundBall:
     """The solution of a program, polished, with the radius and the value that the limits allow there.
 
     Parameters
@@ -158,7 +158,7 @@ def _found(
         Maximise w_last, ``unit`` times the value, both relative.
     allowed
         The radius and the largest value that the limits allow at a given y in floats.
-    begun
+    earlier
         The way to the optimum of a program that differs little.
 
     Raises
@@ -167,7 +167,7 @@ def _found(
         If the method comes to no end.
     """
     r = program.rank
-    end = polished(program, solve_discs(program, FOUR_DIGITS, begun))
+    end = polished(program, solve_discs(program, FOUR_DIGITS, earlier))
     radius = value = gap = nan
     if end.status == Status.OPTIMAL:
         radius, value = allowed(end.x[:r])
@@ -175,28 +175,28 @@ def _found(
         most = _proved(program, end) / unit
         gap = most / value - 1.0 if value > 0 else most
     slip = start + limits.metric.inverse @ end.x[:r] * about.length
-    return Found(limits, about, program, end, slip, radius, value, gap)
+    return FoundBall(limits, about, program, end, slip, radius, value, gap)
 
 
-Solve = Callable[[BallLimits, Points], Found]  # from the way to the optimum with other shares
+Solve = Callable[[BallLimits, Points], FoundBall]  # from the way to the optimum with other shares
 
 
-def largest_load_factor(limits: BallLimits, start: FloatArray, distance: float, *, split: bool) -> Found:
+def largest_load_factor(limits: BallLimits, start: FloatArray, distance: float, *, split: bool) -> FoundBall:
     """The largest load factor at which a ball holds a slip and the distance around it."""
 
-    def solve(each: BallLimits, begun: Points) -> Found:
+    def solve(each: BallLimits, earlier: Points) -> FoundBall:
         about = limits_about(each, start, distance)
         program, unit = about.load_factor_program(), 1.0 / about.load_unit
-        return _found(each, about, start, program, partial(_largest_load, about), begun, unit=unit)
+        return _solved(each, about, start, program, partial(_largest_load, about), earlier, unit=unit)
 
-    return _by_turns(limits, solve, None, split=split)
+    return _alternating(limits, solve, None, split=split)
 
 
 def least_load(limits: BallLimits, start: FloatArray, distance: float) -> float:
     """The smallest load factor ≥ 0 at which the same shares have a ball that holds a slip; NaN unknown."""
     about = limits_about(limits, start, distance).reversed()
     program, unit = about.load_factor_program(reverse=True), 1.0 / about.load_unit
-    end = attempt(_found, limits, about, start, program, partial(_largest_load, about), unit=unit)
+    end = attempt(_solved, limits, about, start, program, partial(_largest_load, about), unit=unit)
     if isinstance(end, Missing) or end.status != Status.OPTIMAL:
         return nan
     return -end.value if -end.value > ROUND_OFF else 0.0
@@ -208,21 +208,21 @@ def ball_margin(limits: BallLimits, start: FloatArray, distance: float) -> tuple
     Returns its centre, the load factor, and this margin.
     """
     about = limits_about(limits, start, distance)
-    y, w = _widest(about.widest_program(ball=True))
+    y, w = _centre(about.centre_program(ball=True))
     load_factor, radius = max(float(w[-2]), 0.0), float(np.linalg.norm(y)) + about.offset
     slip = start + limits.metric.inverse @ y * about.length
     margin = about.margin(y, radius, load_factor)
     return slip, load_factor * about.load_unit, margin
 
 
-def widest(limits: BallLimits, load_factor: float) -> tuple[FloatArray, float]:
+def safest(limits: BallLimits, load_factor: float) -> tuple[FloatArray, float]:
     """The slip with the largest margin to all limits, relative, at a load factor; and that margin."""
     about = limits_about(limits, np.zeros(limits.n), load_factor=load_factor)
-    y, _ = _widest(about.widest_program(ball=False))
+    y, _ = _centre(about.centre_program(ball=False))
     return limits.metric.inverse @ y * about.length, about.margin(y)
 
 
-def _widest(program: DiscProgram) -> tuple[FloatArray, FloatArray]:
+def _centre(program: DiscProgram) -> tuple[FloatArray, FloatArray]:
     """(y, w) with the largest margin, to four digits; how large it is there is to be computed anew."""
     end = solve_discs(program, FOUR_DIGITS)
     if end.status != Status.OPTIMAL:
@@ -230,36 +230,36 @@ def _widest(program: DiscProgram) -> tuple[FloatArray, FloatArray]:
     return end.x[: program.rank], end.x[program.rank :]
 
 
-def largest_ball(limits: BallLimits, load_factor: float, *, split: bool) -> Found:
+def largest_ball(limits: BallLimits, load_factor: float, *, split: bool) -> FoundBall:
     """The largest ball at a load factor; unbounded where the centre may move away with the radius."""
     start = np.zeros(limits.n)
 
-    def solve(each: BallLimits, begun: Points) -> Found:
+    def solve(each: BallLimits, earlier: Points) -> FoundBall:
         about = limits_about(each, start, load_factor=load_factor)
 
-        def up_to(cap: float, begun: Points) -> Found:
+        def up_to(cap: float, earlier: Points) -> FoundBall:
             program, unit = about.radius_program(cap), about.unit_of_radius / about.length
-            return _found(each, about, start, program, partial(_largest_radius, about), begun, unit=unit)
+            return _solved(each, about, start, program, partial(_largest_radius, about), earlier, unit=unit)
 
-        found = up_to(inf, begun)
+        found = up_to(inf, earlier)
         if found.status != Status.UNBOUNDED:
             return found
         wide = about.s > 0
         found = up_to(typical_size(np.abs(about.slack(np.zeros(about.base.rank)))[wide] / about.s[wide]), ())
-        return replace(found, end=replace(found.end, status=Status.UNBOUNDED))
+        return replace(found, solution=replace(found.solution, status=Status.UNBOUNDED))
 
-    return _by_turns(limits, solve, load_factor, split=split)
+    return _alternating(limits, solve, load_factor, split=split)
 
 
-def ball_around(limits: BallLimits, load_factor: float, slip: FloatArray, *, split: bool) -> Found:
+def ball_around(limits: BallLimits, load_factor: float, slip: FloatArray, *, split: bool) -> FoundBall:
     """The ball at a load factor in which a slip has the largest margin R − ‖v − v*‖, of either sign."""
 
-    def solve(each: BallLimits, begun: Points) -> Found:
+    def solve(each: BallLimits, earlier: Points) -> FoundBall:
         about = limits_about(each, slip, load_factor=load_factor)
         program, unit = about.margin_program(), about.unit_of_radius / about.length
-        return _found(each, about, slip, program, partial(_largest_margin, about), begun, unit=unit)
+        return _solved(each, about, slip, program, partial(_largest_margin, about), earlier, unit=unit)
 
-    return _by_turns(limits, solve, load_factor, split=split)
+    return _alternating(limits, solve, load_factor, split=split)
 
 
 def held_by_none(limits: BallLimits, load_factor: float, slip: FloatArray) -> bool:
@@ -288,7 +288,7 @@ def held_by_none(limits: BallLimits, load_factor: float, slip: FloatArray) -> bo
 def full_share(limits: BallLimits) -> FloatArray:
     """The share at which γ is least, as far as f |c| < 1 allows it."""
     size = limits.f * np.hypot(limits.own[:, 0], limits.own[:, 1])
-    return limits.own * np.minimum(1.0, MOST / np.where(size > 0, size, 1.0))[:, None]
+    return limits.own * np.minimum(1.0, LARGEST_SHARE / np.where(size > 0, size, 1.0))[:, None]
 
 
 def best_share(limits: BallLimits, slip: FloatArray, load_factor: float, radius: float) -> FloatArray:
@@ -337,7 +337,7 @@ def best_share(limits: BallLimits, slip: FloatArray, load_factor: float, radius:
         left = np.where(limits.least > 0, 1.0 - t, 1.0)  # where γ vanishes, 1 − t is divided out
         gamma = np.where(limits.least > 0, np.hypot(limits.least, left * steep), steep)
         balance = limits.f * at * gamma * t - radius * largest * left * a
-        return np.asarray((balance > 0) | (size > MOST))
+        return np.asarray((balance > 0) | (size > LARGEST_SHARE))
 
     low, high = np.zeros(len(largest)), np.ones(len(largest))
     whole = ~too_far(high)
@@ -349,17 +349,17 @@ def best_share(limits: BallLimits, slip: FloatArray, load_factor: float, radius:
     return np.asarray(np.einsum("ijk,ik->ij", vectors, c))
 
 
-def _by_turns(
+def _alternating(
     limits: BallLimits,
     solve: Solve,
     load_factor: float | None,
     *,
     split: bool,
-) -> Found:
-    """Shares zero, and half of those at which γ is least; from the better on by turns.
+) -> FoundBall:
+    """Alternating optimisation of centre and shares, from shares zero or half of those at which γ is least.
 
-    The turns: the best shares for the centre, the best centre for the shares. Each starts with what the one
-    before allows, so that none is worse. The load factor is None where it is the value.
+    In turn the best shares for the centre, and the best centre for the shares; no step makes the value
+    worse. The load factor is None where it is the value.
     """
     found = solve(limits, ())
     if not split or not limits.own.any() or found.status == Status.UNBOUNDED:
@@ -383,7 +383,7 @@ def _by_turns(
     return found
 
 
-def _is_solved(found: Found | Missing) -> TypeGuard[Found]:
+def _is_solved(found: FoundBall | Missing) -> TypeGuard[FoundBall]:
     return not isinstance(found, Missing) and found.status != Status.INFEASIBLE
 
 

@@ -17,7 +17,7 @@ from shakedown.bounds.energy.ball_limits import (
     check_resolved,
     without_margin,
 )
-from shakedown.bounds.energy.ball_search import ball_around, full_share, held_by_none, largest_ball, widest
+from shakedown.bounds.energy.ball_search import ball_around, full_share, held_by_none, largest_ball, safest
 from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.status import Status
@@ -373,7 +373,7 @@ def _ball(
         check_resolved(limits, held, 0.0, tolerances)
     each = limits.shared(full_share(limits)) if split else limits
     if not each.spread.any():  # no slip shifts a limit of another node
-        slip, margin = widest(each, load_factor)
+        slip, margin = safest(each, load_factor)
         if margin > tolerances.feasibility:
             reason = "slip of one node shifts no limit of another: every admissible state shakes down"
             return result(each, Status.UNBOUNDED, reason, slip, inf)
@@ -429,7 +429,7 @@ def leaves_margins(limits: BallLimits, slip: FloatArray, load_factor: float, tol
     The ball needs no slack at a limit with spread 0, but the proof needs a margin there too.
     """
     tight = limits.slack(slip, load_factor) <= tolerances.feasibility * limits.sizes(slip, load_factor)
-    return not tight.any() or widest(limits, load_factor)[1] > tolerances.feasibility
+    return not tight.any() or safest(limits, load_factor)[1] > tolerances.feasibility
 
 
 def closed_radius(

@@ -19,7 +19,7 @@ from shakedown.bounds.energy.ball_limits import (
     pressed_limits,
     without_margin,
 )
-from shakedown.bounds.energy.ball_search import Found, ball_margin, largest_load_factor, least_load
+from shakedown.bounds.energy.ball_search import FoundBall, ball_margin, largest_load_factor, least_load
 from shakedown.bounds.energy.energy_ball import (
     NO_SLACK,
     TOO_FAR,
@@ -278,7 +278,7 @@ def _largest(
     return _optimal(found, start, distance, least)
 
 
-def _optimal(found: Found, start: FloatArray, distance: float, least: float) -> Bound:
+def _optimal(found: FoundBall, start: FloatArray, distance: float, least: float) -> Bound:
     limits = found.limits
     load_factor = max(found.value, 0.0)
     uncertain = SETTLED * float(found.every_multiplier @ limits.sizes(found.slip, load_factor, found.radius))

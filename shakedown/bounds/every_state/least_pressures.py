@@ -442,8 +442,8 @@ def _unit(angle: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class Loops:
-    """What limits some nodes: loops of loads q¹, and the least friction limits during each of them.
+class NodeLoads:
+    """The varying loads q¹ of some nodes over a period, and their least friction limits during it.
 
     Attributes
     ----------
@@ -489,7 +489,7 @@ class Loops:
         return np.concatenate([points, constant[..., None], right[..., None]], axis=2).swapaxes(0, 1)
 
 
-def reaction_centres(loops: Loops) -> tuple[FloatArray, FloatArray]:
+def reaction_centres(node_loads: NodeLoads) -> tuple[FloatArray, FloatArray]:
     """Minimise over η the largest (reach of −(η + q¹_k) − f π¹_k) / (f π⁰), for all nodes at once.
 
     Returns an upper bound of this 1/λ (k,), and η (k, d): under the load factor λ the reaction A v* + q⁰ of
@@ -498,17 +498,17 @@ def reaction_centres(loops: Loops) -> tuple[FloatArray, FloatArray]:
     By the exchange algorithm (Remez; the dual simplex method, whose rows are tangents): d + 1 points of
     the curve hold a centre from all sides; the one in which it misses most takes the place of one of them.
     """
-    k = len(loops.constant)
-    loads = np.abs(loops.path).max(axis=(0, 2)) + np.abs(loops.growing).max(axis=0)
-    round_off = 16 * EPS * loads / loops.constant  # the error of 1/λ due to round-off of loads
-    basis = loops.rows(loops.curves.around())
+    k = len(node_loads.constant)
+    loads = np.abs(node_loads.path).max(axis=(0, 2)) + np.abs(node_loads.growing).max(axis=0)
+    round_off = 16 * EPS * loads / node_loads.constant  # the error of 1/λ due to round-off of loads
+    basis = node_loads.rows(node_loads.curves.around())
     centre, below = _vertex(basis)
     best, above, going = centre.copy(), np.full(k, np.inf), np.ones(k, dtype=bool)
     for _ in range(ITERATIONS if k else 0):  # each exchanges one of d + 1 touching points: 10 to 40 are taken
-        reached = loops.needed_above(centre)
+        reached = node_loads.needed_above(centre)
         better = going & (reached < above)
         above[better], best[better] = reached[better], centre[better]
-        needed, new = loops.worst(centre)
+        needed, new = node_loads.worst(centre)
         found, regular = _exchanged(basis, new)
         open_yet = needed - below > np.maximum(ROUND_OFF * np.abs(needed), round_off)
         going &= open_yet & regular

@@ -11,7 +11,7 @@ from shakedown.bounds.coupling import Uniqueness
 from shakedown.bounds.every_state.bound_of_floating import Reach, floating_reach, unique_rates
 from shakedown.bounds.every_state.least_pressures import (
     LeastPressures,
-    Loops,
+    NodeLoads,
     ScaledJoint,
     SlipCurves,
     least_pressures,
@@ -153,7 +153,7 @@ def _of_held(joint: ScaledJoint, least: LeastPressures, pressures: FloatArray, l
     rough = np.flatnonzero(joint.f > 0)
     f, curves = joint.f[rough], slip_curves(joint, least)
     curves = SlipCurves(curves.size[rough], curves.lean[rough], curves.loose[rough])
-    loops = Loops(curves, path[:, rough], f * growing[:, rough], f * pressures[rough])
+    loops = NodeLoads(curves, path[:, rough], f * growing[:, rough], f * pressures[rough])
     inverse[rough], centre[rough] = reaction_centres(loops)
     node, load_factor, nowhere = int(inverse.argmax()), _load_factor(inverse.max()), np.full(centre.size, nan)
     lifts = inverse[node] > 0.0 and lift_off[node] >= (1.0 - NEGLIGIBLE) * inverse[node]

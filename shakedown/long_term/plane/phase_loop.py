@@ -15,8 +15,8 @@ from shakedown.long_term.plane.period_map import (
     end_map,
     find_limit,
 )
-from shakedown.long_term.plane.search import Settler, begin_check, broken_law, check_rows, end_check
-from shakedown.motion.course import EFFORT, End
+from shakedown.long_term.plane.search import PlaneSearch, begin_check, broken_law, check_rows, end_check
+from shakedown.motion.course import CALL_OPERATIONS, LoopEnd
 from shakedown.motion.plane.active_set import add_product, factorize, larger
 from shakedown.motion.plane.moving_state import PlaneRun, begin
 
@@ -30,56 +30,56 @@ Instruction = IntEnum("Instruction", "ANEW FROM_HERE RATES JUMP STOPPED LEAVES L
 
 @entered
 def settle(se, starts, answers, effort, follow):  # type: ignore[no-untyped-def]
-    """Answer for one initial slip (s, n) after the other; only the first search may have been begun.
+    """Answer for one initial slip (s, n) after the other; only the first search may have been origin.
 
     DONE, or PAUSED after so much work, or why Python is asked: LIMIT_WANTED, SINGULAR, or what
     ``follow``, which is given by its address, says where the motion stops. Every call gets one
     cycle further at least.
     """
-    spent, status = 0, End.DONE
-    while se.row < len(starts) and status == End.DONE:
+    spent, status = 0, LoopEnd.DONE
+    while se.row < len(starts) and status == LoopEnd.DONE:
         if se.phase == Phase.START:
             begin_search(se, starts[se.row])
-        status = seek(se, follow, effort - spent)
+        status = continue_search(se, follow, effort - spent)
         spent += se.spent
-        if status == End.DONE:
+        if status == LoopEnd.DONE:
             enter_answer(se, answers, se.row)
             se.row += 1
             se.phase, se.verdict = Phase.START, Verdict.SEARCHING
             if spent > effort:
-                return End.PAUSED
+                return LoopEnd.PAUSED
     return status
 
 
 @inner
-def seek(se: Settler, follow: int, effort: int) -> int:
+def continue_search(se: PlaneSearch, follow: int, effort: int) -> int:
     """Go on with the present search until it is DONE; else as :func:`settle`."""
     se.spent = 0
     while se.verdict == Verdict.SEARCHING:
         if not se.placed and not place_state(se):
             if se.phase == Phase.WALK or not se.from_limit:
-                return End.SINGULAR
+                return LoopEnd.SINGULAR
             se.phase = Phase.LEAVE
         if se.phase == Phase.WALK and se.cycles >= se.most_cycles:
             se.verdict = Verdict.UNDECIDED
         elif se.phase <= Phase.CONFIRM:
             run = run_of_phase(se)
-            status: int = call_at(follow, run, 1, EFFORT)
+            status: int = call_at(follow, run, 1, CALL_OPERATIONS)
             se.spent += run.active.effort + 100 * run.course.steps
-            if status not in (End.DONE, End.PAUSED, End.RECORD_FULL):
+            if status not in (LoopEnd.DONE, LoopEnd.PAUSED, LoopEnd.RECORD_FULL):
                 return status
             after_call(se, run, status)
         elif se.phase == Phase.LIMIT and not find_limit(se.map):
-            return End.LIMIT_WANTED
+            return LoopEnd.LIMIT_WANTED
         else:
             choose_phase(se)
         if se.spent > effort and se.verdict == Verdict.SEARCHING:
-            return End.PAUSED
-    return End.DONE
+            return LoopEnd.PAUSED
+    return LoopEnd.DONE
 
 
 @inner
-def run_of_phase(se: Settler) -> PlaneRun:
+def run_of_phase(se: PlaneSearch) -> PlaneRun:
     """The run through the next cycle, at its beginning or where the loop returned from it."""
     run = se.cyclic
     if se.cycles == 0:
@@ -95,11 +95,11 @@ def run_of_phase(se: Settler) -> PlaneRun:
 
 
 @inner
-def after_call(se: Settler, run: PlaneRun, status: int) -> None:
+def after_call(se: PlaneSearch, run: PlaneRun, status: int) -> None:
     """Evaluate a cycle, or the part of it that was done in one call."""
     if se.phase == Phase.CONFIRM:
         check_rows(se.check, run.active, run.record, run.course, se.done)
-    se.resumed = status != End.DONE
+    se.resumed = status != LoopEnd.DONE
     if se.resumed:
         return
     se.cycles += 1
@@ -116,7 +116,7 @@ def after_call(se: Settler, run: PlaneRun, status: int) -> None:
 
 
 @inner
-def choose_phase(se: Settler) -> None:
+def choose_phase(se: PlaneSearch) -> None:
     """Go to the next phase, where no cycle has to be followed first."""
     if se.phase == Phase.REPEATS:
         look_for_repeats(se)
@@ -147,7 +147,7 @@ def enter_answer(se, answers, row):  # type: ignore[no-untyped-def]
 
 
 @entered
-def tell(se: Settler, word: int, one: float, other: float) -> None:
+def instruct(se: PlaneSearch, word: int, one: float, other: float) -> None:
     """Pass on what Python has found, or requests.
 
     ANEW, from the first of some initial slips; FROM_HERE, a search from the present state; RATES
@@ -186,7 +186,7 @@ def tell(se: Settler, word: int, one: float, other: float) -> None:
 
 
 @inner
-def begin_search(se: Settler, start: FloatArray) -> None:
+def begin_search(se: PlaneSearch, start: FloatArray) -> None:
     """Begin at rest with this slip: the load before the first step, and what counts as zero."""
     act, path, goal, locked = se.first.active, se.first.course.path, se.goal, se.force
     n, m, force = act.n, 2 * act.n, se.least_force
@@ -210,7 +210,7 @@ def begin_search(se: Settler, start: FloatArray) -> None:
 
 
 @inner
-def begin_walk(se: Settler) -> None:
+def begin_walk(se: PlaneSearch) -> None:
     """Begin before any cycle is followed."""
     se.first.motion.parameters = 0
     se.cycles, se.events, se.remembered, se.signed, se.patience, se.resumed = 0, 0, 0, 0, 0, False
@@ -218,7 +218,7 @@ def begin_walk(se: Settler) -> None:
 
 
 @inner
-def place_state(se: Settler) -> bool:
+def place_state(se: PlaneSearch) -> bool:
     """Continue from the goal; False where its moving nodes are not held."""
     act, mo = se.first.active, se.first.motion
     for j in range(2 * act.n):
@@ -230,7 +230,7 @@ def place_state(se: Settler) -> bool:
 
 
 @inner
-def remember(se: Settler, u: FloatArray) -> None:
+def remember(se: PlaneSearch, u: FloatArray) -> None:
     """Store a state; where there are too many, the older half is dropped."""
     m = 2 * se.first.active.n
     if se.remembered == se.capacity:
@@ -243,7 +243,7 @@ def remember(se: Settler, u: FloatArray) -> None:
 
 
 @inner
-def keep_signature(se: Settler) -> None:
+def keep_signature(se: PlaneSearch) -> None:
     """Append the signature of the last cycle and drop the oldest."""
     most = 2 * se.longest_period
     if se.signed == most:
@@ -255,7 +255,7 @@ def keep_signature(se: Settler) -> None:
 
 
 @inner
-def after_walk(se: Settler) -> None:
+def after_walk(se: PlaneSearch) -> None:
     """Where the state equals that of some cycles ago, one period has to confirm it."""
     act, mo = se.first.active, se.first.motion
     remember(se, mo.u)
@@ -275,7 +275,7 @@ def after_walk(se: Settler) -> None:
 
 
 @inner
-def returned_after(se: Settler) -> int:
+def returned_after(se: PlaneSearch) -> int:
     """The number of cycles after which the state returned, to round-off; 0 where it did not."""
     last = se.remembered - 1
     for period in range(1, min(se.longest_period, last) + 1):
@@ -285,7 +285,7 @@ def returned_after(se: Settler) -> int:
 
 
 @inner
-def distance(se: Settler, one: int, other: int) -> float:
+def distance(se: PlaneSearch, one: int, other: int) -> float:
     """Largest difference of two states of the past, weighted."""
     m, far = 2 * se.first.active.n, 0.0
     for j in range(m):
@@ -294,7 +294,7 @@ def distance(se: Settler, one: int, other: int) -> float:
 
 
 @inner
-def observed_contraction(se: Settler, period: int) -> float:
+def observed_contraction(se: PlaneSearch, period: int) -> float:
     """Factor per cycle between the last two distances to the present state that exceed round-off."""
     last, nearer = se.remembered - 1, 0.0
     for one in range(last - period, -1, -period):
@@ -307,7 +307,7 @@ def observed_contraction(se: Settler, period: int) -> float:
 
 
 @inner
-def admissible(se: Settler, u: FloatArray) -> bool:
+def admissible(se: PlaneSearch, u: FloatArray) -> bool:
     """Whether a state between two cycles obeys the contact and friction law."""
     act, course, r = se.first.active, se.cyclic.course, se.force
     n, m, worst = act.n, 2 * act.n, 0.0
@@ -320,7 +320,7 @@ def admissible(se: Settler, u: FloatArray) -> bool:
 
 
 @inner
-def look_for_repeats(se: Settler) -> None:
+def look_for_repeats(se: PlaneSearch) -> None:
     """Where the sequence of contact states repeats, follow one more period with its derivative."""
     se.patience -= 1
     se.phase = Phase.WALK
@@ -334,7 +334,7 @@ def look_for_repeats(se: Settler) -> None:
 
 
 @inner
-def sequence_repeats(se: Settler, period: int) -> bool:
+def sequence_repeats(se: PlaneSearch, period: int) -> bool:
     """Whether the last cycles have the signatures of those before, which then become ``wanted``."""
     if se.signed < 2 * period:
         return False
@@ -347,7 +347,7 @@ def sequence_repeats(se: Settler, period: int) -> bool:
 
 
 @inner
-def after_map(se: Settler) -> None:
+def after_map(se: PlaneSearch) -> None:
     """The map of the period, if it passed through the expected sequence."""
     act, mo = se.first.active, se.first.motion
     keep_signature(se)
@@ -371,7 +371,7 @@ def after_map(se: Settler) -> None:
 
 
 @inner
-def begin_leaps(se: Settler) -> None:
+def begin_leaps(se: PlaneSearch) -> None:
     """Before the limit the leaps towards it."""
     for i in range(se.first.active.n):
         se.contact[i] = se.map.contact[i]
@@ -379,7 +379,7 @@ def begin_leaps(se: Settler) -> None:
 
 
 @inner
-def next_leap(se: Settler) -> None:
+def next_leap(se: PlaneSearch) -> None:
     """Try the limit where it is near, otherwise the state twice as many periods ahead."""
     pm = se.map
     se.phase, se.done, se.placed = Phase.LEAVE, 0, False
@@ -399,7 +399,7 @@ def next_leap(se: Settler) -> None:
 
 
 @inner
-def after_leap(se: Settler) -> None:
+def after_leap(se: PlaneSearch) -> None:
     """Leap further if the period has passed through the sequence of the map."""
     se.signatures[se.done - 1] = np.int64(se.first.motion.signature)
     if se.done < se.period:
@@ -414,7 +414,7 @@ def after_leap(se: Settler) -> None:
 
 
 @inner
-def leave_leaps(se: Settler) -> None:
+def leave_leaps(se: PlaneSearch) -> None:
     """Continue cycle by cycle from the last state found to pass through the sequence."""
     for j in range(2 * se.first.active.n):
         se.goal[j] = se.reached[j]
@@ -426,7 +426,7 @@ def leave_leaps(se: Settler) -> None:
 
 
 @inner
-def begin_confirmation(se: Settler) -> None:
+def begin_confirmation(se: PlaneSearch) -> None:
     """Count from the start of the period."""
     n = se.first.active.n
     se.friction, se.damping, se.jumps = 0.0, 0.0, 0
@@ -436,7 +436,7 @@ def begin_confirmation(se: Settler) -> None:
 
 
 @inner
-def after_confirmation(se: Settler) -> None:
+def after_confirmation(se: PlaneSearch) -> None:
     """The answer, if the period, or a shorter one, has returned to the goal."""
     mo, n, far = se.first.motion, se.first.active.n, 0.0
     for i in range(n):
@@ -457,7 +457,7 @@ def after_confirmation(se: Settler) -> None:
 
 
 @inner
-def judge_period(se: Settler, share: float) -> None:
+def judge_period(se: PlaneSearch, share: float) -> None:
     """The verdict of the confirmed period, if it obeys the friction law."""
     act, mo, check, near = se.first.active, se.first.motion, se.check, se.check.near
     se.signature = end_check(check, act, se.recorded.course, mo.u, se.done)

@@ -209,7 +209,7 @@ class Answers(NamedTuple):
     signature: NDArray[np.uint64]
 
 
-class Settler(NamedState):
+class PlaneSearch(NamedState):
     """One search after the other for the long-term states of a joint.
 
     Attributes
@@ -331,7 +331,7 @@ def search(
     check: PathCheck,
     capacity: int,
     longest_period: int,
-) -> Settler:
+) -> PlaneSearch:
     """A search over three runs of one moving state: the first cycle, the others, the others recorded."""
     n = pm.contact.size
     shapes: dict[str, Any] = {"past": (capacity, 2 * n), "works": longest_period}
@@ -339,7 +339,7 @@ def search(
     shapes |= dict.fromkeys(("goal", "reached", "force", "drift"), 2 * n)
     shapes |= dict.fromkeys(("contact", "slip", "opened"), n)
     first, cyclic, recorded = runs
-    new = Settler(
+    new = PlaneSearch(
         shapes, weight=np.ones(2 * n), first=first, cyclic=cyclic, recorded=recorded, map=pm, check=check
     )
     new.set(capacity=capacity, longest_period=longest_period)

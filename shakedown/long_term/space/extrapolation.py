@@ -11,7 +11,7 @@ from shakedown.long_term.space.followed_cycles import Decay, FollowedCycles, Per
 from shakedown.long_term.space.leaps import TRIES, Leap, MovingSlips, PeriodStep, RecurrenceLeaps, SlopeLeaps
 from shakedown.motion.method import State
 
-STUCK = 200  # cycles after which slopes of a period are measured, one cycle each
+SLOW_AFTER = 200  # cycles after which slopes of a period are measured, one cycle each
 
 
 class Leaps:
@@ -78,7 +78,7 @@ class Leaps:
         cycles, window, leaps = self.cycles, self.cycles.window(self.period), self.cycles.leaps
         if self._turns_back(window):
             return False
-        by_slopes = by_slopes and STUCK <= cycles.count >= self.slopes.since and len(window) > 1
+        by_slopes = by_slopes and SLOW_AFTER <= cycles.count >= self.slopes.since and len(window) > 1
         if not (by_slopes and self._leap_by_slopes()):
             leap = self.recurrence.plan(window, self.measure, cycles.count)
             if leap is not None:
@@ -124,11 +124,11 @@ class Leaps:
             cycles.go_to(State(state, contact))
             return self._step() if cycles.follow(p) else None
 
-        def landed() -> None:
+        def leap_end() -> None:
             self.decays[p - 1].note(cycles.last(p))
 
         moving = MovingSlips.of(free_stiffness(cycles.motion.problem), places, free)
-        landing = self.slopes.leap(period, landed, start, first, moving, self.measure)
+        landing = self.slopes.leap(period, leap_end, start, first, moving, self.measure)
         cycles.error = error  # of states that are not passed through
         if landing is None:
             self._refuse(before)

@@ -154,31 +154,31 @@ class Period(NamedTuple):
     drift: FloatArray
 
 
-class End(NamedTuple):
-    """Where the change has fallen to nothing, if all falls in proportion to it.
+class Limit(NamedTuple):
+    """The limit state, at which the change per period is extrapolated linearly to zero.
 
     Attributes
     ----------
-    way, change : (N,)
-        The way there, and what the change has not lost by then [length].
+    remaining, change : (N,)
+        The displacements still to come, and what is left of the change there [length].
     slip : (n,)
         Per period [length].
     drift : (r,)
         Per period [length].
     """
 
-    way: FloatArray
+    remaining: FloatArray
     change: FloatArray
     slip: FloatArray
     drift: FloatArray
 
     @classmethod
-    def of(cls, before: Period, now: Period) -> "End":
+    def of(cls, before: Period, now: Period) -> "Limit":
         """From two periods."""
         share = now.size / (before.size - now.size)
-        way = (now.state - before.state) * share
+        remaining = (now.state - before.state) * share
         pairs = (now.change, before.change), (now.slip, before.slip), (now.drift, before.drift)
-        return cls(way, *(after + share * (after - start) for after, start in pairs))
+        return cls(remaining, *(after + share * (after - start) for after, start in pairs))
 
 
 class Decay:
@@ -198,26 +198,26 @@ class Decay:
         """The last period of so many times the change: by default one that shows a slope."""
         return next((each for each in reversed(self.periods) if 0.0 < each.size >= times * now.size), None)
 
-    def end(self, now: Period) -> End | None:
-        """The end of the way; None where no period shows a slope."""
+    def limit(self, now: Period) -> Limit | None:
+        """The extrapolated limit; None where no period shows a slope."""
         before = self.before(now)
-        return None if before is None else End.of(before, now)
+        return None if before is None else Limit.of(before, now)
 
     def to_come(self, now: Period, measure: Measure, lost: float = 0.0) -> FloatArray | None:
-        """The way (N,) to where there is no change [length]; None where it falls along no line.
+        """The displacements (N,) up to the limit [length]; None where the change does not fall linearly.
 
         Changes of up to ``lost`` are round-off [energy norm].
         """
-        end = self._end_of_line(now, measure, LINEAR, max(MINOR * now.size, lost))
-        return None if end is None else end.way
+        end = self._limit(now, measure, LINEAR, max(MINOR * now.size, lost))
+        return None if end is None else end.remaining
 
     def comes_to_a_cycle(self, now: Period, measure: Measure, none: float) -> bool:
-        """Whether the change falls to none [energy norm], nearer to a line than a square; slip stays."""
+        """Whether the change falls to none [energy norm], more linearly than quadratically; slip stays."""
         least = max(MINOR * now.size, none)
-        return self._end_of_line(now, measure, NEARLY, least) is not None and self.slip_lasts(now, MINOR)
+        return self._limit(now, measure, NEARLY, least) is not None and self.slip_lasts(now, MINOR)
 
-    def _end_of_line(self, now: Period, measure: Measure, straight: float, none: float) -> End | None:
-        """The end of the way, if the change falls along a line to none [energy norm]."""
+    def _limit(self, now: Period, measure: Measure, straight: float, none: float) -> Limit | None:
+        """The limit, if the change falls linearly to none [energy norm]."""
         before = self.before(now)
         first = None if before is None else self.before(before)
         if before is None or first is None:
@@ -225,13 +225,13 @@ class Decay:
         way, earlier = measure.size(now.state - before.state), measure.size(before.state - first.state)
         if not (before.size - now.size) * earlier >= straight * (first.size - before.size) * way:
             return None
-        end, round_off = End.of(before, now), STATE_ROUND_OFF * measure.size(now.state)
+        end, round_off = Limit.of(before, now), STATE_ROUND_OFF * measure.size(now.state)
         # More falls to another one, far slower: nothing shows where that ends.
         return end if measure.size(end.change) <= none + round_off else None
 
     def slip_lasts(self, now: Period, share: float = THREE_DIGITS) -> bool:
         """Whether the slip stays where the change falls to nothing, but for a share."""
-        end = self.end(now)
+        end = self.limit(now)
         return end is not None and bool(np.abs(end.slip - now.slip).max() <= share * now.slip.max())
 
     def slip_ends(self, now: Period, none: FloatArray, share: float = NOTABLE) -> bool:
@@ -239,7 +239,7 @@ class Decay:
 
         At every node, as a soft one may hide a stiff one, or to what counts as none, (n,) [length].
         """
-        end, before = self.end(now), self.before(now, RESOLVED)
+        end, before = self.limit(now), self.before(now, RESOLVED)
         if end is None or before is None:
             return False
         fallen = bool(now.slip.max() <= NOTABLE * before.slip.max())
@@ -248,19 +248,19 @@ class Decay:
 
     def drift_lasts(self, now: Period) -> bool:
         """Whether the drift stays where the change falls to nothing."""
-        end = self.end(now)
+        end = self.limit(now)
         if end is None:
             return False
         return bool(np.linalg.norm(end.drift - now.drift) <= MINOR * np.linalg.norm(now.drift))
 
     def drift_ends(self, now: Period) -> bool:
         """Whether the drift falls to nothing with the change."""
-        end = self.end(now)
+        end = self.limit(now)
         return end is not None and bool(np.linalg.norm(end.drift) <= MINOR * np.linalg.norm(now.drift))
 
     def drift_left(self, now: Period) -> FloatArray:
         """The drift (r,) where the change falls to nothing; that of the period where nothing shows it."""
-        end = self.end(now)
+        end = self.limit(now)
         return now.drift if end is None else end.drift
 
     def farthest(self, now: Period, layout: Layout, measure: Measure, drifts: bool) -> float:

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from shakedown.ground.constants import EPS, MINOR, NEGLIGIBLE, NOTABLE, ROUND_OFF, THREE_DIGITS, FloatArray
 from shakedown.long_term.space.followed_cycles import STATE_ROUND_OFF, Measure, product
 
-WORTH = 8.0  # periods that a leap must gain at least, as it costs some, and so does its preparation
-PRICE = 1e-5  # uncertainty allowed in a leap, relative to the total slip so far
+LEAST_GAIN = 8.0  # periods that a leap must gain at least, as it costs some, and so does its preparation
+LEAP_ERROR = 1e-5  # uncertainty allowed in a leap, relative to the total slip so far
 TRIES = 3  # periods after a leap within which its prediction must come true
 
 
@@ -150,7 +150,7 @@ class RecurrenceLeaps:
             return None
         recurrence, earlier = recurrence_of(window, measure.root), None
         x, now, whole = window[-1], measure.size(recurrence.ahead(0)[1]), measure.size(window[-1])
-        found, count = None, int(WORTH)
+        found, count = None, int(LEAST_GAIN)
         while now > 0.0 and count <= self.reach:
             state, change = recurrence.ahead(count)
             way, share = measure.size(state - x), measure.size(change) / now
@@ -159,7 +159,7 @@ class RecurrenceLeaps:
             earlier = earlier or recurrence_of(window[:-1], measure.root)
             other, _ = earlier.ahead(count + 1)
             differ = measure.deviation(other - x, state - x, way)
-            allowed = self.care * max(self.AGREE, min(self.ROUGHLY, PRICE * whole / way))
+            allowed = self.care * max(self.AGREE, min(self.ROUGHLY, LEAP_ERROR * whole / way))
             if not differ <= min(allowed, share):
                 break
             found, self.count = (state, share, state - other), count
@@ -186,12 +186,12 @@ class RecurrenceLeaps:
         self.reach = self.count * self.FURTHER if taken else self.count // self.FURTHER
         if taken:
             self.wait = 0
-        elif self.reach < WORTH:
-            self.reach, self.wait = int(WORTH) * self.FURTHER, longer(self.wait)
+        elif self.reach < LEAST_GAIN:
+            self.reach, self.wait = int(LEAST_GAIN) * self.FURTHER, longer(self.wait)
         self.since = cycles + self.wait
 
 
-NEXT_TO_IT = 8.0  # so many times the length of a leap before it, or that share, they show how it is bent
+COMPARABLE = 8.0  # so many times the length of a leap before it, or that share, they show how it is bent
 TESTED = 0.75, 1.0  # shares of a way at which its polynomial is put to the test
 MOST_EARLIER = 3  # samples of the remainder from before a leap
 SHARES = 0.25, 0.5, 1.0  # of a way, at which the remainder is sampled; one less for each earlier sample
@@ -342,7 +342,7 @@ class LeapStart(NamedTuple):
     periods: int
 
 
-class Landing(NamedTuple):
+class LeapEnd(NamedTuple):
     """Where to go on from.
 
     Attributes
@@ -391,7 +391,7 @@ class SlopeLeaps:
     GROWN: ClassVar[float] = 4.0  # and most: nodes may begin and cease to slip between what is looked at
 
     care: float = 1.0
-    periods: int = int(WORTH)
+    periods: int = int(LEAST_GAIN)
     since: int = 0
     wait: int = 0
     starts: deque[LeapStart] = field(default_factory=lambda: deque(maxlen=16))
@@ -401,19 +401,19 @@ class SlopeLeaps:
     def leap(
         self,
         follow: Follow,
-        landed: Callable[[], None],
+        leap_end: Callable[[], None],
         start: FloatArray,
         first: PeriodStep,
         moving: MovingSlips,
         measure: Measure,
-    ) -> Landing | None:
+    ) -> LeapEnd | None:
         """As far as what it predicts comes true, again and again by the same slopes; None if that is not far.
 
         Parameters
         ----------
         follow
             Follows a period.
-        landed
+        leap_end
             Called at every state that was predicted, after the period from there.
         start, first
             A state, (N,) [length], and the period from there.
@@ -422,14 +422,14 @@ class SlopeLeaps:
         measure
             What counts of a change.
         """
-        if self.starts and measure.size(start - self.end) > WORTH * measure.size(first.change):
+        if self.starts and measure.size(start - self.end) > LEAST_GAIN * measure.size(first.change):
             self.starts.clear()  # the last leap has not ended here, but for a few periods
         local = self._local_map(follow, start, first, moving, measure)
         landing, error = None, 0.0
-        while local is not None and self.periods >= WORTH:
-            found, strain = self._landing(local, self.periods)
+        while local is not None and self.periods >= LEAST_GAIN:
+            found, strain = self._leap_end(local, self.periods)
             if found is not None:
-                landed()
+                leap_end()
                 error += found.error
                 landing, self.wait = found._replace(error=error), 0
                 self.starts.append(LeapStart(local.start, local.change, moving, self.gone))
@@ -443,7 +443,7 @@ class SlopeLeaps:
         if landing is None:
             self.wait = longer(self.wait)
             self.starts.clear()
-        self.periods = max(self.periods, int(WORTH))
+        self.periods = max(self.periods, int(LEAST_GAIN))
         return landing
 
     def _next_length(self, periods: int, strain: float, failed: bool) -> int:
@@ -455,7 +455,7 @@ class SlopeLeaps:
 
     def _allowed(self, start: FloatArray, way: float, measure: Measure) -> float:
         """What the change at the end of a leap may miss, relative to the change at its beginning."""
-        return self.care * max(THREE_DIGITS, PRICE * measure.size(start) / way)
+        return self.care * max(THREE_DIGITS, LEAP_ERROR * measure.size(start) / way)
 
     def _local_map(
         self, follow: Follow, start: FloatArray, first: PeriodStep, moving: MovingSlips, measure: Measure
@@ -491,7 +491,7 @@ class SlopeLeaps:
             slopes -= (slopes @ rigid) @ rigid.T
         return LocalMap(follow, measure, start, moving, change, slopes, first.signature)
 
-    def _landing(self, local: LocalMap, periods: int) -> tuple[Landing | None, float]:
+    def _leap_end(self, local: LocalMap, periods: int) -> tuple[LeapEnd | None, float]:
         """So many periods ahead, or None, and the strain: what is missed there, relative to what may be."""
         found, strain = self._polynomial(local, periods, self._earlier(local, periods)), 0.0
         if found is None:
@@ -520,7 +520,7 @@ class SlopeLeaps:
         if left > self.GROWN * now or not strain <= 1.0:
             return None, strain
         rate = min((left / now) ** (1.0 / periods), 1.0)
-        return Landing(local.at(end), error, rate, change), strain
+        return LeapEnd(local.at(end), error, rate, change), strain
 
     def _polynomial(
         self, local: LocalMap, periods: int, earlier: Samples
@@ -556,7 +556,7 @@ class SlopeLeaps:
         for point in reversed(self.starts):
             back = (self.gone - point.periods) / periods
             alike = np.array_equal(point.moving.follow, local.moving.follow)  # slips, and open nodes
-            if alike and 1.0 / NEXT_TO_IT <= back <= NEXT_TO_IT:
+            if alike and 1.0 / COMPARABLE <= back <= COMPARABLE:
                 shares.append(-back)
                 values.append(point.change - local.linear((point.state - local.start)[local.moving.places]))
         return Samples(np.array(shares), np.array(values).reshape(-1, len(local.change))).first(MOST_EARLIER)

@@ -33,17 +33,17 @@ from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import can_drift
-from shakedown.long_term.passage import (
+from shakedown.long_term.motion_start import (
     ABOVE,
     BELOW,
-    Passage,
-    beyond_all,
-    bound_of_all,
+    MotionStart,
+    above_lambda_max,
     known_limits,
+    lambda_max,
     proof_from_start,
 )
 from shakedown.long_term.plane.search import Answers
-from shakedown.long_term.space.extrapolation import STUCK, Leaps
+from shakedown.long_term.space.extrapolation import SLOW_AFTER, Leaps
 from shakedown.long_term.space.followed_cycles import (
     STATE_ROUND_OFF,
     FollowedCycles,
@@ -59,7 +59,7 @@ from shakedown.long_term.state import (
     of_long_term_period,
     opened_and_closed,
 )
-from shakedown.motion.checked_law import law_resolution, scales, swing
+from shakedown.motion.checked_law import law_resolution, load_range, scales
 from shakedown.motion.event_history import CurvedHistory, EventHistory, curved_violations
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import CycleRecord, State, cycles_of
@@ -77,7 +77,7 @@ class SteadySearch:
     ----------
     motion
         The joint, at the start of a cycle.
-    begun
+    origin
         Where the motion began.
     rules
         When to end.
@@ -85,8 +85,8 @@ class SteadySearch:
         What leaps may be uncertain by, as a share of what they may be otherwise.
     """
 
-    def __init__(self, motion: Evolution, begun: Passage, rules: SearchRules, care: float = 1.0) -> None:
-        self.begun, self.rules, self.layout = begun, rules, motion.problem.layout
+    def __init__(self, motion: Evolution, origin: MotionStart, rules: SearchRules, care: float = 1.0) -> None:
+        self.origin, self.rules, self.layout = origin, rules, motion.problem.layout
         self.cycles = FollowedCycles(motion, rules.longest_period)
         self.measure = self.cycles.measure
         self.leaps = Leaps(self.cycles, rules.longest_period, care)
@@ -197,7 +197,7 @@ class SteadySearch:
             self.cycle_since = 0
         elif not self.cycle_since:
             self.cycle_since = self.cycles.count
-        elif self.cycle_since <= self.cycles.count - STUCK:
+        elif self.cycle_since <= self.cycles.count - SLOW_AFTER:
             return self._slips_for_ever(p, long_expected=True)
         return None
 
@@ -229,7 +229,7 @@ class SteadySearch:
 
     def _rests_unseen(self, now: Period) -> bool:
         """Whether rest has long been expected, and no node changes by more than the accuracy of motion."""
-        long = 0 < self.rest_since <= self.cycles.count - STUCK
+        long = 0 < self.rest_since <= self.cycles.count - SLOW_AFTER
         return long and bool((self.layout.ways(now.change) <= self.none).all())
 
     def _slips_for_ever(self, p: int, long_expected: bool = False) -> LongTermState | None:
@@ -322,11 +322,11 @@ class SteadySearch:
         self, outcome: Outcome, reason: str, goal: State, records: list[CycleRecord], **found: Any
     ) -> LongTermState:
         """The long-term state with the numbers of the cycles of its period."""
-        cycles, begun, stop = self.cycles, self.begun, found.get("stop")
+        cycles, origin, stop = self.cycles, self.origin, found.get("stop")
         return LongTermState(
-            problem=begun.problem,
-            load_factor=begun.load_factor,
-            initial_slip=begun.start,
+            problem=origin.problem,
+            load_factor=origin.load_factor,
+            initial_slip=origin.start,
             outcome=outcome,
             reason=reason,
             final_slip=cycles.motion.state.u[self.layout.slips],
@@ -334,12 +334,12 @@ class SteadySearch:
             slides_away=stop is not None and stop.slides_away,
             events=cycles.events,
             most_cycles=self.rules.most_cycles,
-            begun=begun,
+            origin=origin,
             goal=goal,
             first_cycles=tuple(cycles.passed),
             jumps=tuple(cycles.jumps),
             **found,
-            **of_long_term_period(records, begun.problem.n),
+            **of_long_term_period(records, origin.problem.n),
         )
 
 
@@ -357,16 +357,16 @@ def overruled_by_proofs(state: LongTermState) -> LongTermState:
     stopped = state.stop is not None and not state.stop.spent
     if state.outcome == Outcome.SHAKEDOWN or stopped or _closes(state, CLEAR):
         return state
-    begun, goal, has_begun = state.begun, state.goal, state.cycles_simulated > 0
+    origin, goal, has_begun = state.origin, state.goal, state.cycles_simulated > 0
     opened = tuple(np.flatnonzero(goal.contact == OPEN).tolist())
-    of_start_only = not has_begun and len(transient_path(begun.problem)) > 0
-    if not of_start_only and not opened and beyond_all(begun):
+    of_start_only = not has_begun and len(transient_path(origin.problem)) > 0
+    if not of_start_only and not opened and above_lambda_max(origin):
         return _proved_to_slip(state)
-    proof, slip = proof_from_start(begun), goal.u[begun.problem.layout.slips]
+    proof, slip = proof_from_start(origin), goal.u[origin.problem.layout.slips]
     if not proof and not opened and not of_start_only:
-        proof = proof_from_every_state(begun)
+        proof = proof_from_every_state(origin)
     about_here = not proof and has_begun and not _closes(state, THREE_DIGITS)  # at the start λ_E has decided
-    if about_here and ball_about(begun, slip, opened) is not None:
+    if about_here and ball_about(origin, slip, opened) is not None:
         proof = "an energy ball holds the state that it has come to"
     if not proof:
         return state if of_start_only else _proved_to_slip(state)
@@ -380,9 +380,9 @@ def _proved_to_slip(state: LongTermState) -> LongTermState:
     Every cycle in which all nodes are closed slips by so much at least (docs/energy.md, Theorem 10), and a
     joint without rigid slips does not drift for ever (Theorem 8).
     """
-    problem, above = state.begun.problem, np.inf
+    problem, above = state.origin.problem, np.inf
     if state.outcome == Outcome.UNDECIDED and not (state.goal.contact == OPEN).any():
-        above = bound_of_all(problem)
+        above = lambda_max(problem)
     if not state.load_factor > ABOVE * above:
         return state
     known = f"above λ_max = {short(above)} it cannot come to rest while all nodes stay in contact"
@@ -402,13 +402,13 @@ def _closes(state: LongTermState, errors: float) -> bool:
     if state.outcome != Outcome.CYCLIC_SLIP:
         return False
     slip = float(state.slip_per_cycle.max())
-    missed = state.return_error * scales(state.begun.problem, state.load_factor).length
+    missed = state.return_error * scales(state.origin.problem, state.load_factor).length
     return bool(missed <= CLEAR * slip and state.error <= errors * slip)
 
 
 def _with_last_cycle(state: LongTermState, outcome: Outcome, reason: str) -> LongTermState:
     """An outcome with the numbers of one cycle from the end of the search."""
-    motion, length = state.motion(), scales(state.begun.problem, state.load_factor).length
+    motion, length = state.motion(), scales(state.origin.problem, state.load_factor).length
     with work_again():
         record = motion.cycle()
     if record is None:
@@ -427,11 +427,11 @@ def _with_last_cycle(state: LongTermState, outcome: Outcome, reason: str) -> Lon
 
 
 @on_one_thread
-def proof_from_every_state(begun: Passage) -> str:
+def proof_from_every_state(origin: MotionStart) -> str:
     """What proves it from every state in which all nodes are closed, in words; empty where nothing does."""
-    known = known_limits(begun.problem)
-    every = known["universal"] if "universal" in known else _every_state(begun.problem)[0]
-    return f"below λ_U = {short(every)}, from every state" if begun.load_factor < BELOW * every else ""
+    known = known_limits(origin.problem)
+    every = known["universal"] if "universal" in known else _every_state(origin.problem)[0]
+    return f"below λ_U = {short(every)}, from every state" if origin.load_factor < BELOW * every else ""
 
 
 @once_per_problem
@@ -467,7 +467,7 @@ class SteadySearches:
 
     def state(self, open_nodes: tuple[int, ...]) -> LongTermState:
         """The long-term state of the motion from its start, with the given nodes open there."""
-        found = self._settled(Passage.of(self.motion, open_nodes))
+        found = self._settled(MotionStart.of(self.motion, open_nodes))
         return self._lawful([found], [self._path(found)])[0]
 
     def from_slips(self, starts: FloatArray, _: Answers, stopped: Callable[[], bool]) -> list[LongTermState]:
@@ -477,7 +477,7 @@ class SteadySearches:
             if stopped():
                 return []
             self.motion.begin(self.motion.load_factor, start)
-            found.append(self._settled(Passage.of(self.motion)))
+            found.append(self._settled(MotionStart.of(self.motion)))
             paths.append(self._path(found[-1]))
         return self._lawful(found, paths)
 
@@ -488,19 +488,19 @@ class SteadySearches:
         assert isinstance(motion.method, SpaceEvents)
         lost = DISTINCT * motion.method.precision.settled
         noise = max(motion.method.accuracy, lost / scale.force) * scale.length
-        moving = swing(motion.problem, motion.load)
+        moving = load_range(motion.problem, motion.load)
         stiffest = np.diag(motion.problem.A).reshape(motion.problem.n, -1).max(axis=1)
         stiffness = np.maximum(stiffest * scale.length / scale.force, 1.0)
         blurred = 0.0 < moving < RESOLVED * lost
         return SearchRules(self.most_cycles, self.longest_period, noise, stiffness, blurred)
 
-    def _settled(self, begun: Passage) -> LongTermState:
+    def _settled(self, origin: MotionStart) -> LongTermState:
         """What the motion settles into; where leaps leave it in doubt, as a stricter search confirms it.
 
         Where none does within the cycles allowed, the reason says so.
         """
         motion, rules, care = self.motion, self._rules, 1.0
-        at_start, done, search = motion.state, motion.done, SteadySearch(motion, begun, rules)
+        at_start, done, search = motion.state, motion.done, SteadySearch(motion, origin, rules)
         found, probes = search.settle(), search.cycles.probes
         while search.doubts(found):
             # of the uncertainty allowed in leaps, from one search to the next that confirms it
@@ -508,7 +508,7 @@ class SteadySearches:
             motion.state = at_start
             motion.enter_cycle(done)
             left = replace(rules, most_cycles=rules.most_cycles - found.cycles_simulated + probes)
-            search = SteadySearch(motion, begun, left, care)
+            search = SteadySearch(motion, origin, left, care)
             again, probes = search.settle(), probes + search.cycles.probes
             cycles = found.cycles_simulated + again.cycles_simulated
             again = replace(again, cycles_simulated=cycles, most_cycles=rules.most_cycles)

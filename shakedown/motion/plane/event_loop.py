@@ -50,7 +50,7 @@ from numba import types
 from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.ground.named_state import address_of, entered, handed_on, inner
 from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
-from shakedown.motion.course import ENUMERABLE, HASH_PRIME, Course, End, EventKind, code_of
+from shakedown.motion.course import ENUMERABLE, HASH_PRIME, Course, EventKind, LoopEnd, code_of
 from shakedown.motion.plane.active_set import (
     AIR,
     APEX,
@@ -218,9 +218,9 @@ def follow_straight(run: PlaneRun, passes: int, effort: int) -> int:
     can be entered again. Every call gets one event or load step further at least.
     """
     act, rate, mo, rec, course = run.active, run.rates, run.motion, run.record, run.course
-    act.effort, act.allowed, rec.rows, status = 0, effort, 0, End.DONE
+    act.effort, act.allowed, rec.rows, status = 0, effort, 0, LoopEnd.DONE
     compute_elastic(act, mo)
-    while mo.passes < passes and status == End.DONE:
+    while mo.passes < passes and status == LoopEnd.DONE:
         if mo.time == 0.0 and mo.kind == EventKind.LOAD_STEP:
             quiet_steps(act, rate, mo, rec, course)
         if mo.step < course.steps:
@@ -229,8 +229,8 @@ def follow_straight(run: PlaneRun, passes: int, effort: int) -> int:
             mo.passes += 1
             mo.step = 0
             compute_elastic(act, mo)
-        if status == End.DONE and mo.passes < passes and act.effort > act.allowed:
-            status = End.PAUSED
+        if status == LoopEnd.DONE and mo.passes < passes and act.effort > act.allowed:
+            status = LoopEnd.PAUSED
     return status
 
 
@@ -248,7 +248,7 @@ def load_step(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, course:
         welded[j] = path[(step + 1) * m + j] - path[step * m + j]
     while mo.crowd < 1000 + 100 * m:
         if not has_capacity(rec):
-            return End.RECORD_FULL
+            return LoopEnd.RECORD_FULL
         react(act, rate, mo, course)
         locate(act, rate, mo.u, mo.r, course.force, course.length)
         place_event(rate, mo.node, mo.kind)
@@ -256,14 +256,14 @@ def load_step(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, course:
         known = True  # up to the next event
         mo.concerned = leaving_node(act, rate, solved)
         if not course.separable and mo.concerned >= 0:
-            return End.LIFTS_OFF
+            return LoopEnd.LIFTS_OFF
         if not solved:
             note(act, mo, rec, course.first)
-            return End.NO_RATES
+            return LoopEnd.NO_RATES
         if not settle(act, rate, mo, course.settled) and (
             act.updates == 0 or factorize(act) == 0 or not settle(act, rate, mo, course.settled)
         ):
-            return End.NOT_SETTLED
+            return LoopEnd.NOT_SETTLED
         apply_delay(mo, rate.motion, -1.0)
         note(act, mo, rec, course.first)
         duration, node, kind = next_event(act, rate, mo, course)
@@ -274,13 +274,13 @@ def load_step(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, course:
         mo.node, mo.kind = node, kind
         if kind == EventKind.LOAD_STEP:
             mo.step, mo.time, mo.crowd = step + 1, 0.0, 0
-            return End.DONE
+            return LoopEnd.DONE
         follow_event(act, rate, mo, node, kind)
         mo.events += 1
         mo.crowd += 1
         if act.effort > act.allowed:
-            return End.PAUSED
-    return End.TOO_MANY_EVENTS
+            return LoopEnd.PAUSED
+    return LoopEnd.TOO_MANY_EVENTS
 
 
 @inner

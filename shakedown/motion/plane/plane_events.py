@@ -9,7 +9,7 @@ from shakedown.ground.constants import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import Scales
-from shakedown.motion.course import EFFORT, Course, End, EventKind, Precision
+from shakedown.motion.course import CALL_OPERATIONS, Course, EventKind, LoopEnd, Precision
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.method import EventMethod, State, loads_at, one_row
 from shakedown.motion.plane.active_set import active_set, factorize, rates
@@ -43,7 +43,7 @@ class PlaneEvents(EventMethod):
     run: PlaneRun
     motion: PlaneMotion
     new_record = staticmethod(empty_record)
-    passable = (End.NO_RATES,)
+    passable = (LoopEnd.NO_RATES,)
     error = 0.0
 
     def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
@@ -77,7 +77,7 @@ class PlaneEvents(EventMethod):
 
     def follow(self, cycles: int) -> int:
         """Follow the course a number of times; returns the status with which the loop ends."""
-        status: int = follow_straight(self.run, cycles, EFFORT)
+        status: int = follow_straight(self.run, cycles, CALL_OPERATIONS)
         return status
 
     def finds_rates(self) -> bool:

@@ -19,7 +19,7 @@ import numpy as np
 from shakedown.ground.constants import ROUND_OFF, SEVEN_DIGITS
 from shakedown.ground.named_state import entered, inner, summing
 from shakedown.ground.status import OPEN, STICK
-from shakedown.motion.course import HASH_PRIME, Course, End, EventKind, code_of
+from shakedown.motion.course import HASH_PRIME, Course, EventKind, LoopEnd, code_of
 from shakedown.motion.space.event_search import NEVER, end_of_step, expected, first_event
 from shakedown.motion.space.rate_choice import choose_rates
 from shakedown.motion.space.smooth_step import BETWEEN, explicit_step, stop_within, turning, turning_step
@@ -60,12 +60,12 @@ def follow_curve(run: SpaceRun, effort: int) -> int:
     the matrix of ``joint`` is to be made afresh.
     """
     joint, course, mo, ct, rec = run.joint, run.course, run.motion, run.control, run.record
-    ct.effort, ct.allowed, rec.rows, status = 0, effort, 0, End.DONE
-    while mo.step < course.steps and status == End.DONE:
+    ct.effort, ct.allowed, rec.rows, status = 0, effort, 0, LoopEnd.DONE
+    while mo.step < course.steps and status == LoopEnd.DONE:
         status = load_step(run)
         wait = ct.effort > ct.allowed or joint.exchanges > MOST_EXCHANGES
-        if status == End.DONE and mo.step < course.steps and wait:
-            status = End.PAUSED
+        if status == LoopEnd.DONE and mo.step < course.steps and wait:
+            status = LoopEnd.PAUSED
     if mo.step == course.steps:
         mo.passes = 1
     return status
@@ -75,27 +75,27 @@ def follow_curve(run: SpaceRun, effort: int) -> int:
 def load_step(run: SpaceRun) -> int:
     """Carry the state from event to event to the end of its load step."""
     joint, course, mo, rates, ct = run.joint, run.course, run.motion, run.rates, run.control
-    N, status = 3 * joint.n, End.AT_EVENT
+    N, status = 3 * joint.n, LoopEnd.AT_EVENT
     for k in range(N):
         rates.welded[k] = course.path[(mo.step + 1) * N + k] - course.path[mo.step * N + k]
     if not mo.entered:
         if not arrange(joint, mo):
-            return End.NOT_SETTLED
+            return LoopEnd.NOT_SETTLED
         if mo.step == 0 or mo.time > 0.0:  # elsewhere the last load step has ended with them
             compute_out(joint, course, mo, rates)
         for i in range(joint.n):
             mo.resting[i], rates.arrived[i] = 0, 0
         mo.entered = True
-    while status == End.AT_EVENT:
+    while status == LoopEnd.AT_EVENT:
         if not mo.under_way:
             status = begin_path(run)
-            if status != End.AT_EVENT:
+            if status != LoopEnd.AT_EVENT:
                 return status
         status = smooth_path(run)
-        mo.under_way = status in (End.PAUSED, End.RECORD_FULL)
-        if status == End.AT_EVENT and ct.effort > ct.allowed:
-            return End.PAUSED
-    if status == End.DONE:
+        mo.under_way = status in (LoopEnd.PAUSED, LoopEnd.RECORD_FULL)
+        if status == LoopEnd.AT_EVENT and ct.effort > ct.allowed:
+            return LoopEnd.PAUSED
+    if status == LoopEnd.DONE:
         mo.step, mo.time, mo.crowd, mo.entered = mo.step + 1, 0.0, 0, False
         mo.kind, mo.node = EventKind.LOAD_STEP, -1
     return status
@@ -106,16 +106,16 @@ def begin_path(run: SpaceRun) -> int:
     """Choose the rates with which the path goes on: AT_EVENT, or why it does not."""
     joint, course, mo, rates, ct = run.joint, run.course, run.motion, run.rates, run.control
     if mo.crowd > 1000 + 200 * joint.n:
-        return End.TOO_MANY_EVENTS
+        return LoopEnd.TOO_MANY_EVENTS
     found = choose_rates(run)
     leaving = leaving_node(joint, mo, rates, found)
     if not course.separable and leaving >= 0:
         mo.concerned = leaving
-        return End.LIFTS_OFF
+        return LoopEnd.LIFTS_OFF
     if not found:
-        return End.NO_RATES
+        return LoopEnd.NO_RATES
     ct.apex_ahead = np.inf
-    return End.AT_EVENT
+    return LoopEnd.AT_EVENT
 
 
 @inner
@@ -133,7 +133,7 @@ def smooth_path(run: SpaceRun) -> int:
     course, mo, sp, st, ct, rec = run.course, run.motion, run.slipping, run.step, run.control, run.record
     while mo.time < 1.0:
         if rec.capacity > 0 and rec.rows == rec.capacity:
-            return End.RECORD_FULL
+            return LoopEnd.RECORD_FULL
         rest = 1.0 - mo.time
         h = choose_step(run, rest)
         error = take_step(run, h)
@@ -142,7 +142,7 @@ def smooth_path(run: SpaceRun) -> int:
         if not 0.0 <= used <= 1.0:
             shorten(run, h, used)
             if not ct.h > ROUND_OFF:  # no step is short enough, so there are no rates
-                return End.NO_RATES
+                return LoopEnd.NO_RATES
             continue
         share, node, kind = first_event(run, h)
         # share of a step from which on its polynomial is as accurate as its end
@@ -152,15 +152,15 @@ def smooth_path(run: SpaceRun) -> int:
         lengthen(st, ct, h, used)
         if share < NEVER:
             meet_event(run, share, h, error, node, kind)
-            return End.AT_EVENT
+            return LoopEnd.AT_EVENT
         commit(run, h, 1.0, better)
         if h == rest:
             mo.time = 1.0
         keep_rates(sp, st)
         mo.kind, mo.node = EventKind.CURVES, -1
         if ct.effort > ct.allowed and mo.time < 1.0:
-            return End.PAUSED
-    return End.DONE
+            return LoopEnd.PAUSED
+    return LoopEnd.DONE
 
 
 @inner

@@ -25,8 +25,8 @@ from shakedown.ground.tolerances import Tolerances
 from shakedown.ground.work_limit import count_work
 from shakedown.joint.law import Law
 from shakedown.joint.problem import Problem
-from shakedown.motion.checked_law import Scales, swing
-from shakedown.motion.course import EFFORT, Course, End, EventKind, Precision, course
+from shakedown.motion.checked_law import Scales, load_range
+from shakedown.motion.course import CALL_OPERATIONS, Course, EventKind, LoopEnd, Precision, course
 from shakedown.motion.event_history import CurvedHistory, EventHistory
 from shakedown.motion.fixed_steps import MOST_SWEEPS, contact_nodes, load_steps, places_by_node
 from shakedown.motion.method import EventMethod, State, loads_at, one_row
@@ -43,7 +43,7 @@ from shakedown.motion.space.space_run import (
 from shakedown.motion.space.speeds import MOST_EXCHANGES, arrange_afresh
 from shakedown.motion.viscous_jump import Relaxation, StepEnd, ViscousJoint
 
-LABOUR = 1_000_000  # operations after which the steps of integration are counted
+STEP_OPERATIONS = 1_000_000  # operations after which the steps of integration are counted
 MOST_TAKEN = 1_000  # largest number of these in an implicit step; beyond that it is solved as a whole
 
 
@@ -119,12 +119,12 @@ class DirectedJump(Relaxation):
         mo = run.motion
         mo.u[:], mo.contact[:], mo.direction[:] = self.u, self.contact, 0.0
         arrange_afresh(run.joint, mo)
-        status = End.PAUSED
-        while status == End.PAUSED and not self.at_once:
-            status = follow_curve(run, LABOUR)
+        status = LoopEnd.PAUSED
+        while status == LoopEnd.PAUSED and not self.at_once:
+            status = follow_curve(run, STEP_OPERATIONS)
             count_work(run.control.effort)
-            self.at_once = status == End.PAUSED and run.control.taken > MOST_TAKEN
-        if status != End.DONE or not np.isfinite(mo.u).all():
+            self.at_once = status == LoopEnd.PAUSED and run.control.taken > MOST_TAKEN
+        if status != LoopEnd.DONE or not np.isfinite(mo.u).all():
             return None
         return StepEnd(mo.u.copy(), mo.contact.copy(), mo.work.copy(), mo.slip.copy())
 
@@ -182,7 +182,7 @@ class SpaceEvents(EventMethod):
     run: SpaceRun
     motion: SpaceMotion
     new_record = staticmethod(empty_curve_record)
-    passable = End.NO_RATES, End.TOO_MANY_EVENTS
+    passable = LoopEnd.NO_RATES, LoopEnd.TOO_MANY_EVENTS
 
     def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
         run = run_in_space(kappa, problem.f, Course({}), empty_curve_record(0, problem.n))
@@ -196,7 +196,7 @@ class SpaceEvents(EventMethod):
         What counts as zero follows from the forces of the scene and those of locked-in slip; a motion that
         is small beside them is followed more accurately in proportion.
         """
-        t, moving = self.tolerances, swing(self.problem, later[1:])
+        t, moving = self.tolerances, load_range(self.problem, later[1:])
         force = max(scale.force, float((np.abs(self.kappa) @ np.abs(start)).max()))
         near = max(MINOR * t.path * scale.force, t.limit * force)
         small = min(moving / scale.force, 1.0) if moving else 1.0  # small motions cost no more
@@ -228,7 +228,7 @@ class SpaceEvents(EventMethod):
             worn = joint.exchanges > (MOST_EXCHANGES if motion.step else 0)
             if worn or (joint.free != free_places(self.problem.f, self.contact)).any():
                 arrange_afresh(joint, motion)
-        status: int = follow_curve(self.run, EFFORT)
+        status: int = follow_curve(self.run, CALL_OPERATIONS)
         count_work(self.run.control.effort)
         return status
 

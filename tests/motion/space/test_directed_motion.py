@@ -206,7 +206,7 @@ def test_a_jump_ends_in_equilibrium(monkeypatch, longest_path):
     So it is where steps of the viscous motion that have long paths are solved at once.
     """
     monkeypatch.setattr(space_events, "MOST_TAKEN", longest_path)
-    monkeypatch.setattr(space_events, "LABOUR", space_events.LABOUR if longest_path else 1)
+    monkeypatch.setattr(space_events, "STEP_OPERATIONS", space_events.STEP_OPERATIONS if longest_path else 1)
     solved, solve = [], space_events.end_at_once
     monkeypatch.setattr(space_events, "end_at_once", lambda *step: solved.append(step) or solve(*step))
     plane = shakedown.example("jump")

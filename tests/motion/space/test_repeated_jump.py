@@ -55,7 +55,7 @@ def test_their_drift_is_ratchetting(drifting):
 def test_shorter_steps_lead_to_the_same_end(monkeypatch, drifting):
     jump = first_jump(drifting)
     monkeypatch.setattr(viscous_jump, "ACCURACY", 0.03 * viscous_jump.ACCURACY)
-    monkeypatch.setattr(viscous_jump, "RUNG", 1.1)
+    monkeypatch.setattr(viscous_jump, "DISTANCE_RATIO", 1.1)
     finer = first_jump(drifting)
     assert finer.steps > 2 * jump.steps
     np.testing.assert_allclose(finer.v_after, jump.v_after, rtol=0.0, atol=1e-2 * way_of(jump))

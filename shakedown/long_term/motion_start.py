@@ -29,7 +29,7 @@ FirstCycles = tuple[tuple[CycleRecord, State], ...]
 """The cycles that a search followed before its first leap, and the states at their ends."""
 
 
-class Passed(NamedTuple):
+class CycleEnd(NamedTuple):
     """A state between two cycles of a motion.
 
     Attributes
@@ -51,8 +51,8 @@ class Passed(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Passage:
-    """A joint, its loading and where its motion began.
+class MotionStart:
+    """A joint, its loading and the state from which its motion starts.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Passage:
     open_nodes: tuple[int, ...]
 
     @classmethod
-    def of(cls, motion: Evolution, open_nodes: tuple[int, ...] = ()) -> "Passage":
+    def of(cls, motion: Evolution, open_nodes: tuple[int, ...] = ()) -> "MotionStart":
         """That of a motion at its start."""
         start = motion.state.u[motion.problem.layout.slips]
         return cls(motion.problem, motion.load_factor, motion.tolerances, start, open_nodes)
@@ -89,13 +89,13 @@ class Passage:
         evolution.enter_cycle(done)
         return evolution
 
-    def passed(self, first_cycles: FirstCycles | None, most: int) -> Iterator[Passed]:
+    def passed(self, first_cycles: FirstCycles | None, most: int) -> Iterator[CycleEnd]:
         """The states after successive cycles: the stored ones, then others up to a given number."""
         error = 0.0
         for done, (record, state) in enumerate(self._cycles(first_cycles or (), most), start=1):
             error += ERROR_FACTOR * record.error
             open_nodes = tuple(np.flatnonzero(state.contact == OPEN).tolist())
-            yield Passed(done, record.end_slip, open_nodes, error)
+            yield CycleEnd(done, record.end_slip, open_nodes, error)
 
     def _cycles(self, first_cycles: FirstCycles, most: int) -> Iterator[tuple[CycleRecord, State]]:
         yield from first_cycles
@@ -123,7 +123,7 @@ def arrives_closed(
         return True
     q_w, p_w = loading(problem).at(load_factor)
     at_first = NO_LOADS | {"q_w": q_w[:1], "p_w": p_w[:1], "q_mean": q_w[0], "p_mean": p_w[0]}
-    motion = Passage(replace(problem, **at_first), 1.0, tolerances, start, ()).motion()
+    motion = MotionStart(replace(problem, **at_first), 1.0, tolerances, start, ()).motion()
     return motion.cycle() is not None and not (motion.state.contact == OPEN).any()
 
 
@@ -193,63 +193,63 @@ def bound_proves(bound: Bound | Missing, load_factor: float) -> TypeGuard[Bound]
     return bool(bound.least_load_factor <= load_factor < BELOW * bound.load_factor)
 
 
-def bound_of_start(begun: Passage, kind: str = "energy") -> Bound | Missing:
+def bound_of_start(origin: MotionStart, kind: str = "energy") -> Bound | Missing:
     """λ_E, or λ_S (``"accumulated"``), of the start, computed once; λ_S is Missing where nodes are open."""
-    known, key = _bounds_of_starts(begun.problem), _key(begun, kind)
+    known, key = _bounds_of_starts(origin.problem), _key(origin, kind)
     if key not in known:
         if kind == "energy":
-            zone: dict[str, Any] = {"open_nodes": begun.open_nodes, "tolerances": begun.tolerances}
-            known[key] = attempt_any(energy_bound, begun.problem, begun.start, certify=False, **zone)
-        elif begun.open_nodes:
+            zone: dict[str, Any] = {"open_nodes": origin.open_nodes, "tolerances": origin.tolerances}
+            known[key] = attempt_any(energy_bound, origin.problem, origin.start, certify=False, **zone)
+        elif origin.open_nodes:
             known[key] = Missing("λ_S is about all nodes closed")
         else:
-            known[key] = accumulated_bound(begun.problem, begun.start)
+            known[key] = accumulated_bound(origin.problem, origin.start)
     found: Bound | Missing = known[key]
     return found
 
 
-def is_known(begun: Passage) -> bool:
+def is_known(origin: MotionStart) -> bool:
     """Whether λ_E of the start is known already."""
-    return _key(begun, "energy") in _bounds_of_starts(begun.problem)
+    return _key(origin, "energy") in _bounds_of_starts(origin.problem)
 
 
-def note(begun: Passage, bound: Bound) -> None:
+def store_bound(origin: MotionStart, bound: Bound) -> None:
     """Store a limit that is proved from a start: λ_E or λ_S."""
-    _bounds_of_starts(begun.problem).setdefault(_key(begun, bound.kind), bound)
+    _bounds_of_starts(origin.problem).setdefault(_key(origin, bound.kind), bound)
 
 
-def proving_bound(begun: Passage) -> Bound | None:
+def proving_bound(origin: MotionStart) -> Bound | None:
     """λ_E of the start where it proves shakedown; not worked out where no ball is seen to hold the start."""
-    asked = begun.problem, begun.load_factor, begun.start, begun.open_nodes, begun.tolerances
-    if not is_known(begun) and attempt_any(no_ball_holds, *asked):
+    asked = origin.problem, origin.load_factor, origin.start, origin.open_nodes, origin.tolerances
+    if not is_known(origin) and attempt_any(no_ball_holds, *asked):
         return None
-    bound = bound_of_start(begun)
-    return bound if bound_proves(bound, begun.load_factor) else None
+    bound = bound_of_start(origin)
+    return bound if bound_proves(bound, origin.load_factor) else None
 
 
-def further_from(problem: Problem, load_factor: float, slip: FloatArray, error: float = 0.0) -> float:
+def total_slip_from(problem: Problem, load_factor: float, slip: FloatArray, error: float = 0.0) -> float:
     """The bound on the total slip of any node from a closed state known to an error; inf where unknown."""
     found = total_slip_bound(problem, load_factor, slip, start_error=error)
     return float(found.total_slip.max()) if found.status == Status.OPTIMAL else inf
 
 
-def further_from_start(begun: Passage) -> float:
+def total_slip_from_start(origin: MotionStart) -> float:
     """The bound on the total slip of any node from the start; inf where it is not known.
 
     λ = 0 comes first, where the absence of a bound is found soonest. Nothing bounds it at load
     factors larger than one at which nothing does, as the conditions of a bound cover all smaller ones.
     """
-    of_starts, key = _bounds_of_starts(begun.problem), _key(begun, "unbounded slip")
-    least, known = of_starts.get(key, inf), of_starts.get(_key(begun, "accumulated"))
+    of_starts, key = _bounds_of_starts(origin.problem), _key(origin, "unbounded slip")
+    least, known = of_starts.get(key, inf), of_starts.get(_key(origin, "accumulated"))
     if known and known.status == Status.INFEASIBLE:
         least = 0.0
     elif known and known.status == Status.OPTIMAL:
-        least = min(least, (1.0 + 2.0 * ACCURACY[begun.problem.directions]) * known.load_factor)
+        least = min(least, (1.0 + 2.0 * ACCURACY[origin.problem.directions]) * known.load_factor)
     further = inf
-    if begun.open_nodes or begun.load_factor >= least:
+    if origin.open_nodes or origin.load_factor >= least:
         return further
-    for load_factor in (0.0, begun.load_factor):
-        further = further_from(begun.problem, load_factor, begun.start)
+    for load_factor in (0.0, origin.load_factor):
+        further = total_slip_from(origin.problem, load_factor, origin.start)
         if further == inf:
             of_starts[key] = load_factor
             break
@@ -257,16 +257,16 @@ def further_from_start(begun: Passage) -> float:
 
 
 @on_one_thread
-def proof_from_start(begun: Passage) -> str:
+def proof_from_start(origin: MotionStart) -> str:
     """What proves that a motion shakes down from its start, in words; empty where nothing does."""
-    bound = proving_bound(begun)
+    bound = proving_bound(origin)
     if bound is not None:
         return f"below λ_E = {short(bound.load_factor)} of its start"
-    return "below λ_S of its start" if further_from_start(begun) < inf else ""
+    return "below λ_S of its start" if total_slip_from_start(origin) < inf else ""
 
 
-def _key(begun: Passage, kind: str) -> object:
-    return kind, begun.start.tobytes(), begun.open_nodes, begun.tolerances
+def _key(origin: MotionStart, kind: str) -> object:
+    return kind, origin.start.tobytes(), origin.open_nodes, origin.tolerances
 
 
 @once_per_problem
@@ -284,7 +284,7 @@ def known_limits(problem: Problem) -> dict[str, float]:
     return {}
 
 
-def bound_of_all(problem: Problem) -> float:
+def lambda_max(problem: Problem) -> float:
     """λ_max with all nodes closed, computed once; inf where unbounded, NaN where no slip is safe."""
     known = known_limits(problem)
     if "upper" not in known:
@@ -293,6 +293,6 @@ def bound_of_all(problem: Problem) -> float:
     return known["upper"]
 
 
-def beyond_all(begun: Passage) -> bool:
+def above_lambda_max(origin: MotionStart) -> bool:
     """Whether a load factor is known to exceed λ_max, beyond its round-off."""
-    return begun.load_factor > ABOVE * known_limits(begun.problem).get("upper", inf)
+    return origin.load_factor > ABOVE * known_limits(origin.problem).get("upper", inf)
