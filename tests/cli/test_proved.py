@@ -90,23 +90,5 @@ def test_bad_states_and_distances_are_one_line(words, message):
     refused("solve", "two-node", *words, message=message)
 
 
-@pytest.mark.usefixtures("undrawn")
-@pytest.mark.parametrize(
-    ("name", "colour", "answer"),
-    [
-        ("two-node", "disagree", "the joint slips in every cycle: simulated."),
-        ("block-9", "agree", "the joint shakes down from zero slip: proved."),
-    ],
-)
-def test_the_report_begins_with_the_answer_for_the_loading_as_given(tmp_path, name, colour, answer):
-    code, out, _ = run("verify", name, "--random", "0", "--details", "-o", "r.html", cwd=tmp_path)
-    assert code == 0
-    assert answer in " ".join(out.split())
-    page = (tmp_path / "r.html").read_text()
-    banner = page[page.index('<div class="verdict') : page.index("<h2")]
-    assert f'class="verdict {colour}"' in banner
-    assert answer in banner.replace("\N{NO-BREAK SPACE}", " ")
-
-
 def test_simulate_takes_the_nominal_load():
     assert document("simulate", "two-node") == document("simulate", "two-node", "--load-factor", "1")
