@@ -25,7 +25,6 @@ POSIX = (  # pipes, signals, devices, limits of a process
     "files/test_damaged_pieces.py",
     "files/test_pieces.py",
     "cli/test_border.py",
-    "cli/test_map_command.py",
     "files/test_atomic_write.py",
     "hostile/test_odd_words.py",
     "hostile/test_readers_fuzz.py",

@@ -23,27 +23,6 @@ def rolling_sphere(
     ``amplitude`` · sin over the period, from its middle. Transient load steps put the tangential force on
     before. All loads are those of load factor 1. Where the tangential force exceeds :func:`rolling_limit`
     · f N, the sphere creeps on with every period (in the limit of small squares).
-
-    Parameters
-    ----------
-    size
-        Edge of the squares, over the contact's radius.
-    amplitude
-        w/a: how far the contact's middle goes to either side, over its radius.
-    shear
-        Tangential force over f N [–].
-    direction
-        Of the tangential force, from the direction of rolling [rad].
-    f, poisson
-        Friction coefficient; Poisson's ratio of both bodies [–].
-    steps
-        Load steps of a period, a multiple of four: the farthest places are among them.
-
-    Examples
-    --------
-    >>> joint = rolling_sphere(0.5, amplitude=0.2)
-    >>> joint.n, joint.directions, joint.m
-    (35, 2, 8)
     """
     centres = _squares(size, amplitude)
     square = size / 2 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) @ TURN
@@ -82,11 +61,6 @@ def rolling_limit(amplitude: float) -> float:
     that find room there are reached (Melan; docs/space.md, half-spaces). Wetter and Popov found it by their
     reduction to one dimension (Shakedown limits for an oscillating, elastic rolling contact with Coulomb
     friction). 0 from w = a on.
-
-    Examples
-    --------
-    >>> rolling_limit(0.0), rolling_limit(0.5), rolling_limit(1.0)
-    (1.0, 0.3125, 0.0)
     """
     w = min(amplitude, 1.0)
     return 1.0 - 1.5 * w + 0.5 * w**3

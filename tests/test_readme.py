@@ -22,27 +22,6 @@ def test_the_library_example_gives_what_it_shows():
     assert result.failed == 0
 
 
-def test_the_first_line_installs_what_the_library_example_imports():
-    assert "from shakedown.fem import" in blocks("pycon")[0]
-    assert "pip install -q --no-compile '.[fem]'" in blocks("sh")[0]
-
-
-@pytest.mark.parametrize("marker", ["run command", "test command"])
-def test_each_line_stands_by_itself(marker):
-    block = re.search(rf"<!-- {marker} -->\n```sh\n(.*?)```", README, re.DOTALL)
-    assert block is not None
-    lines = block.group(1).splitlines()
-    assert len(lines) == 1
-    assert lines[0].startswith("python3 -m venv ")
-
-
-def test_all_scripts_of_ci_take_the_command_from_there():
-    for name in ("run", "pythons"):
-        script = (ROOT / ".ci" / name).read_text()
-        assert ".ci/bare test" in script
-        assert "pip install" not in script
-
-
 def test_it_is_read_in_five_minutes():
     assert len(README.split()) <= 800
 

@@ -173,3 +173,45 @@ def ansys_archive(places, elements, components, types=(182,), more=()) -> str:
         lines += [f"CMBLOCK,{name:8s},{kind},{len(own)}", "(8i10)"]
         lines += ["".join(f"{x:10d}" for x in own[k : k + 8]) for k in range(0, len(own), 8)]
     return "\n".join([*lines, "FINISH", ""])
+
+
+def universal(places, labels, cells, groups=()) -> str:
+    """A ``.unv`` file: nodes, elements (descriptor, nodes), groups (name, code of their members, members)."""
+
+    def rows(numbers):
+        return ["".join(f"{v:10d}" for v in numbers[k : k + 8]) for k in range(0, len(numbers), 8)]
+
+    lines = ["    -1", "  2411"]
+    for label, place in zip(labels, places, strict=True):
+        lines += [*rows((label, 1, 1, 11)), "".join(f"{x:25.16E}" for x in place).replace("E", "D")]
+    lines += ["    -1", "    -1", "  2412"]
+    for label, (kind, nodes) in enumerate(cells, start=1):
+        lines += [*rows((label, kind, 1, 1, 7, len(nodes)))]
+        lines += [*rows((0, 1, 1))] if kind == 11 else []  # a beam has a row of its own
+        lines += rows(nodes)
+    lines += ["    -1", "    -1", "  2467"]
+    for k, (name, code, members) in enumerate(groups, start=1):
+        lines += [*rows((k, 0, 0, 0, 0, 0, 0, len(members))), name]
+        lines += rows([v for member in members for v in (code, member, 0, 0)])
+    return "\n".join([*lines, "    -1", ""])
+
+
+def harwell_boeing(K, kind="RSA", stored=lambda i, j: i >= j) -> str:
+    """By the definition of the format: pointers, rows, values, in fixed fields that may touch."""
+    n = len(K)
+    columns = [[(i, K[i, j]) for i in range(n) if stored(i, j)] for j in range(n)]
+    rows, values = zip(*[pair for column in columns for pair in column], strict=True)
+    pointers = np.cumsum([1, *map(len, columns)])
+    blocks = []
+    for numbers, field, count in (
+        (pointers, "5d", 16),
+        (np.array(rows) + 1, "5d", 16),
+        (values, "22.15E", 3),
+    ):
+        texts = [format(number, field) for number in numbers]
+        blocks.append(["".join(texts[k : k + count]) for k in range(0, len(texts), count)])
+    sizes = [sum(map(len, blocks)), *map(len, blocks), 0]
+    head = ["stiffness".ljust(72) + "key", "".join(f"{size:14d}" for size in sizes)]
+    head += [f"{kind}           {n:14d}{n:14d}{len(values):14d}{0:14d}"]
+    head += [f"{'(16I5)':16s}{'(16I5)':16s}{'(1P,3E22.15)':20s}"]
+    return "\n".join([*head, *(line for block in blocks for line in block), ""])

@@ -13,8 +13,3 @@ def test_every_call_is_timed_by_the_worker():
     found = dict(before_and_after.measured((sys.executable, sys.executable), "lower_bound chain", 2))
     assert list(found) == ["lower_bound chain-10", "conic_lower_bound chain-5"]
     assert all(seconds > 0 for turns in found.values() for turn in turns for seconds in turn)
-
-
-def test_a_ratio_is_that_of_the_medians_and_has_a_spread():
-    shown = before_and_after.shown([(1.0, 2.0), (2.0, 3.0), (4.0, 4.0)], ratio=1.5)
-    assert shown == ["2 s", "3 s", "1.500", "1.000 … 2.000"]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from benchmarks import STUDIES, calculix_peer, siconos_peer, timing
+from benchmarks import STUDIES, calculix_peer, timing
 from benchmarks.problems import random_problem
 from benchmarks.rational_path import one_step_holds, rational_path
 from benchmarks.stability_scenes import coarse, one_node
@@ -57,20 +57,6 @@ def test_long_load_steps_are_told_from_short_ones() -> None:
     hard, easy = coarse(), random_problem(3, seed=1, m=8)
     assert not one_step_holds(hard.problem, rational_path(hard.problem, 1.0, hard.start, 2))
     assert one_step_holds(easy, rational_path(easy, 1.0, np.zeros(3), 2))
-
-
-@pytest.mark.parametrize("name", STUDIES)
-def test_without_its_peer_a_study_has_other_cases_or_says_that_it_is_left_out(
-    name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    for peer in (calculix_peer, siconos_peer):
-        monkeypatch.setattr(peer, "is_here", lambda: False)
-    study = importlib.import_module(f"benchmarks.{name}")
-    cases = list(study.cases(True))
-    assert bool(cases) != (name in PEERS)
-    if not cases:
-        assert PEERS[name].ABSENT in capsys.readouterr().out
-        assert "left out" in study.tables([])
 
 
 @pytest.mark.slow

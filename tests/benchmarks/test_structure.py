@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from benchmarks.structure import CODE_LINES, capitals, code_lines, lines_by_subpackage
+from benchmarks.structure import CODE_LINES, lines_by_subpackage
 
 ROOT = Path(__file__).parents[2]
 
@@ -24,12 +24,3 @@ def test_no_subpackage_has_more_code_than_is_allowed() -> None:
         f"bounds: {at_most['bounds'] + 1} > {at_most['bounds']}",
         "new: 1 > 0",
     ]
-
-
-def test_code_lines_are_without_docstrings_comments_and_blank_lines(tmp_path: Path) -> None:
-    file = tmp_path / "some.py"
-    file.write_text(
-        '"""Words.\n\nMore."""\n\n# why\nA, B = 1, (\n    2,\n)\n\n\ndef f():\n    """Words."""\n    return A  # one\n'
-    )
-    assert code_lines(file) == 5
-    assert capitals(file) == 2

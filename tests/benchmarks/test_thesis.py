@@ -8,7 +8,7 @@ import pytest
 import shakedown
 from benchmarks import receding, thesis, thesis_chapters
 from benchmarks.runner import RESULTS
-from benchmarks.thesis_entry import entry, markdown, relative_difference, same_digits
+from benchmarks.thesis_entry import relative_difference
 
 pytestmark = pytest.mark.slow
 
@@ -59,19 +59,6 @@ def test_every_picture_exists(sections):
     assert len(pictures) >= 9
     for picture in pictures:
         assert (RESULTS / f"{picture}.png").is_file(), picture
-
-
-def test_differences_are_those_of_the_number_that_differs_most():
-    one = entry("(1)", "two numbers", "shakedown.motion.evolution.evolve", "0.50 -20", [0.51, -20.1])
-    assert relative_difference(one) == pytest.approx(0.02)
-    assert not same_digits(one)
-    assert same_digits(
-        entry("(2)", "rounds", "shakedown.motion.evolution.evolve", "0.50 -20", [0.504, -20.4])
-    )
-    assert relative_difference(entry("(3)", "zero", "shakedown.motion.evolution.evolve", "0", [0.25])) == 0.25
-    assert markdown([one]).splitlines()[-1] == (
-        "| (1) | two numbers | `shakedown.motion.evolution.evolve` | 0.50, -20 | 0.51, -20.1 | 2.0e-02 |"
-    )
 
 
 def test_reactions_of_the_second_node_follow_from_those_of_the_first():

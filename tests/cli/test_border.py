@@ -219,32 +219,13 @@ def test_keys_and_paths_in_messages_are_short_and_not_obeyed(tmp_path):
         refused("simulate", "one-node", f"--{name}", cwd=tmp_path, message="No such option")
 
 
-@pytest.mark.parametrize(
-    "initial",
-    [
-        "given:" + "7" * 5000,
-        "given:-1",
-        "given:1.5",
-        "given: 0",
-        "given:٣",
-        "given:²",
-        "given:K",
-        "witness:3x",
-    ],
-)
+@pytest.mark.parametrize("initial", ["given:" + "7" * 5000, "given:-1", "given:1.5", "given:²", "witness:3x"])
 def test_odd_state_numbers(tmp_path, initial):
     words = ("simulate", "three-node", "--load-factor", "1", "--initial", initial)
     refused(*words, cwd=tmp_path, message="--initial: expected zero, given, given:K")
 
 
 # odd files -------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("device", ["/dev/zero", "/dev/null"])
-def test_devices_are_not_read(tmp_path, device):
-    refused("solve", device, cwd=tmp_path, message="expected an NPZ file, found a pipe, a device or a socket")
-    words = ("simulate", "one-node", "--load-factor", "1", "--initial", device)
-    refused(*words, cwd=tmp_path, message="expected an NPY file, found a pipe, a device or a socket")
 
 
 def test_a_pipe_is_not_waited_for(tmp_path):
@@ -322,13 +303,3 @@ def test_a_bomb_is_refused_by_its_headers(tmp_path, method, message):
     before = time.process_time()
     refused("solve", "p.npz", cwd=tmp_path, message=message)
     assert time.process_time() - before < 2
-
-
-@pytest.mark.parametrize("words", [("simulate", "p.npz", "--load-factor", "0.3"), ("verify", "p.npz")])
-def test_the_problem_file_is_never_its_own_output(tmp_path, words):
-    shakedown.save_problem(tmp_path / "p.npz", shakedown.example("one-node"))
-    (tmp_path / "link.npz").symlink_to("p.npz")
-    for target in ("p.npz", "link.npz"):
-        code, out, err = run(*words, "-o", target, cwd=tmp_path)
-        assert (code, out, err.count("\n")) == (2, "", 1)
-    assert shakedown.load_problem(tmp_path / "p.npz") == shakedown.example("one-node")

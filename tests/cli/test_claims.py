@@ -68,13 +68,8 @@ def test_files_that_an_import_reads_are_not_written_over(tmp_path, monkeypatch):
     assert len(sources) > 1
     before = contents(tmp_path / "e")
     for source in sources:
-        refused(
-            "import",
-            str(config),
-            "-o",
-            str(tmp_path / "e" / source),
-            message="-o: expected another file than",
-        )
+        words = ("import", str(config), "-o", str(tmp_path / "e" / source))
+        refused(*words, message="-o: expected another file than")
     assert contents(tmp_path / "e") == before
 
 

@@ -1,7 +1,6 @@
 """The command: JSON fields, exit codes, one line for every error, 80 columns, light imports."""
 
 import json
-import logging
 import os
 import re
 import subprocess
@@ -67,6 +66,12 @@ def test_simulate_has_every_field():
     assert sum(parts) == pytest.approx(result["dissipation_per_cycle"]) != 0
     short = document("simulate", "two-node", "--load-factor", "0.8", "--cycles", "1", code=1)
     assert short["outcome"] == "undecided"
+
+
+@pytest.mark.parametrize(("name", "jumps"), [("one-node-cyclic", True), ("one-node", False)])
+def test_jumps_are_told_where_there_are_some(name, jumps):
+    _, out, _ = run("simulate", name, "--load-factor", "1")
+    assert ("jumps per cycle" in out) == ("by damping in jumps" in out) == jumps
 
 
 def test_a_table_with_slips_after_the_transient_has_80_columns(tmp_path):
@@ -141,6 +146,12 @@ GIVEN = [2.60902, -0.60226, -0.36541]
 def test_initial_states(joint, initial, expected):
     found = document("simulate", joint, "--load-factor", "0.5", *initial)
     assert found["initial_slip"] == expected
+
+
+def test_the_safe_slip_is_that_of_the_load_factor_be_it_zero():
+    """At λ = 1 there is none."""
+    found = document("simulate", "two-node", "--load-factor", "0", "--initial", "safe")
+    assert found["initial_slip"] == shakedown.safe_slip(shakedown.example("two-node"), 0.0).slip.tolist()
 
 
 def test_initial_state_from_a_file_and_history_to_a_file(tmp_path):
@@ -227,15 +238,6 @@ def test_light_commands_import_nothing_heavy():
     for loaded, unwanted in zip(told, (HEAVY | SOLVERS, HEAVY, HEAVY), strict=True):
         assert "shakedown" in loaded
         assert not unwanted.intersection(loaded)
-
-
-@pytest.mark.parametrize(
-    "words", [("example", "-q"), ("solve", "-q", "--none-such"), ("solve", "none-such", "-q")]
-)
-def test_quiet_ends_with_the_command(words, caplog):
-    caplog.set_level("INFO", logger="shakedown")
-    run(*words)
-    assert logging.getLogger("shakedown").level == logging.INFO
 
 
 def test_a_closed_pipe_ends_quietly():

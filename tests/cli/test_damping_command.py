@@ -1,7 +1,6 @@
 """`damping`: numbers of the library, table, picture, exit codes."""
 
 import csv
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -71,21 +70,3 @@ def test_a_loop_is_written(joint, tmp_path):
     assert (0.5 * (c[1:] + c[:-1]) * np.diff(x)).sum() == pytest.approx(2.0, rel=1e-12)
     assert {(row["load_name"], row["load_number"]) for row in rows} == {("push", "0")}
     assert {(row["load_unit"], row["displacement_unit"]) for row in rows} == {("", "N mm per unit of load")}
-
-
-def test_units_stand_above_the_table_and_in_the_files(joint, tmp_path):
-    known = replace(joint[1], load_mean=[0.0], load_amplitude=[2.0], load_units=["kN"])
-    save_problem(tmp_path / "known.npz", known)
-    asked = ("--amplitudes", "1,2", "-o", str(tmp_path / "x.csv"))
-    out = run("damping", str(tmp_path / "known.npz"), *asked)[1]
-    assert "displacement mm stiffness: N/mm" in " ".join(out.split())
-    heading = (tmp_path / "x.csv").read_text().splitlines()[0]
-    assert heading.startswith(
-        "amplitude,force [N],displacement [mm],dissipation [N mm],secant_stiffness [N/mm]"
-    )
-    out = run("damping", joint[0], "--amplitudes", "1,2")[1]
-    said = "displacement N mm per unit of load stiffness: not in the problem"
-    assert said in " ".join(out.split())
-    load_loops(known, long_term_state(known, 2.0)).save(tmp_path / "loop.csv", known)
-    (row, *_) = csv.DictReader((tmp_path / "loop.csv").read_text().splitlines())
-    assert (row["load_unit"], row["displacement_unit"]) == ("N", "mm")

@@ -12,10 +12,6 @@ from joints import creeping
 
 import shakedown
 
-HEADER = [
-    "label", "x", "y", "z", "area", "status", "slip_range", "accumulated_slip",
-    "p_min", "p_max", "q_max", "work", "tau_delta", "total_slip_bound",
-]  # fmt: skip
 MILLIMETRES = [
     "label", "x [mm]", "y [mm]", "z [mm]", "area [mm^2]", "status", "slip_range [mm]", "accumulated_slip [mm]",
     "p_min [N]", "p_max [N]", "q_max [N]", "work [N mm]", "tau_delta [N/mm]", "total_slip_bound [mm]",
@@ -55,28 +51,6 @@ def test_the_table_agrees_with_the_json(tmp_path):
 def known(values):
     """Numbers and texts as JSON has them: None where a number is undefined."""
     return [None if value != value else value for value in np.asarray(values).tolist()]
-
-
-def test_without_units_there_are_none_in_the_header(tmp_path):
-    path = tmp_path / "nodes.csv"
-    assert run("nodes", "two-node", "--load-factor", "0.9", "-o", str(path))[0] == 0
-    header, *nodes = rows(path)
-    assert header == HEADER
-    assert [node[0] for node in nodes] == ["0", "1"]
-    assert nodes[0][1:5] == ["", "", "", ""]  # not known
-    assert nodes[0][HEADER.index("tau_delta")] == ""
-
-
-def test_tractions_and_wear_are_written_where_they_are_asked_for(tmp_path):
-    path = tmp_path / "nodes.csv"
-    run_at_two = shakedown.simulate(shakedown.example("press-fit"), 2.0)
-    shakedown.node_results(run_at_two, wear_coefficient=1e-8).save(path, tractions=True)
-    table = pandas.read_csv(path)
-    assert list(table.columns) == [*MILLIMETRES, *TRACTIONS, "wear_depth [mm]"]
-    pressure = table["p_max [N]"] / table["area [mm^2]"]
-    assert table["pressure_max [MPa]"].to_numpy() == pytest.approx(pressure.to_numpy())
-    worn = 1e-8 * table["work_per_area [N/mm]"] / 0.2
-    assert table["wear_depth [mm]"].to_numpy() == pytest.approx(worn.to_numpy())
 
 
 def test_labels_are_quoted_and_no_spreadsheet_runs_them(named, tmp_path):

@@ -6,7 +6,6 @@ from command import run
 
 import shakedown
 from shakedown.report.facts import notes
-from shakedown.report.run_facts import separated
 
 A = np.array([[4.0, -1.0, 0.0], [-1.0, 4.0, -1.0], [0.0, -1.0, 4.0]])
 
@@ -27,13 +26,6 @@ def test_the_sign_or_a_gap_is_asked_for_once_before_the_first_sentence(apart, wo
     before, _, after = out.partition(notes.apart)
     assert "Is its sign right? Or does an initial gap stay open?" in " ".join(before.split())
     assert "Is the sign" not in after
-
-
-def test_where_only_some_nodes_are_pulled_the_sentence_asks_itself():
-    mixed = shakedown.Problem(
-        A=A, B=0.3 * np.eye(3), C=A, f=0.4, q_w=np.ones((1, 3)), p_w=[[-3.0, 1.0, -3.0]]
-    )
-    assert separated(mixed) == f"{notes.apart} {notes.sign}"
 
 
 def test_verification_asks_once_for_the_sign_and_says_why(apart):

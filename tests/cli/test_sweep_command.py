@@ -42,31 +42,11 @@ def test_what_is_proved_is_rounded_down_and_the_upper_bound_up():
         assert 0 <= above - value <= 1e-4 * value
 
 
-def test_every_simulated_load_factor_is_in_the_table():
-    factors = ["0.1", "0.3", "0.5", "0.7", "0.9", "1.1"]
-    words = [word for factor in factors for word in ("--load-factor", factor)]
-    out = run("sweep", "two-node", "--vary", "f=0.2,0.6", *FAST, *words)[1]
-    points = document("sweep", "two-node", "--vary", "f=0.2,0.6", *FAST, *words)["points"]
-    assert max(map(len, out.splitlines())) <= 80
-    text = out[out.index("Simulated") :]
-    assert [f for f in factors if f"λ = {f}" in text] == factors
-    tables = [line.split() for line in text.splitlines() if line.startswith("  0.")]
-    shown = {
-        value: [cell for row in tables if row[0] == value for cell in row[1:]] for value in ("0.2", "0.6")
-    }
-    assert shown == {"0.2": points[0]["outcomes"], "0.6": points[1]["outcomes"]}
-
-
 def test_friction_that_may_mean_two_things_is_refused(tmp_path):
     write_import_example(tmp_path / "punch")
     config = str(tmp_path / "punch" / "import.toml")
-    refused(
-        "sweep",
-        config,
-        "--vary",
-        "friction=0.2,0.4",
-        message="f (the friction coefficient) or friction.factor (a factor on it), found 'friction'",
-    )
+    said = "f (the friction coefficient) or friction.factor (a factor on it), found 'friction'"
+    refused("sweep", config, "--vary", "friction=0.2,0.4", message=said)
     coefficient = import_problem(config).f[0]
     half = document("sweep", config, "--vary", "friction.factor=0.5", "--bounds", "upper")["points"][0]
     same = document("sweep", config, "--vary", f"f={float(coefficient) / 2!r}", "--bounds", "upper")[
@@ -111,11 +91,7 @@ def test_pictures_are_written(tmp_path, vary):
         (("--vary", "f=0.2:0.1:3"), VARY),
         (("--vary", "f=nan:1:3"), VARY),
         (("--vary", "f=0.1,x"), VARY),
-        (("--vary", "f=0.3,0.2"), "vary f: expected rising values, at least one, found"),
         (("--vary", "f=1", "--vary", "f=2"), "expected each parameter once, found f twice"),
-        (("--vary", "f=1", "--vary", "mean=2", "--vary", "phase=0"), "expected one or two parameters"),
-        (("--vary", "f=0.3", "--bounds", "lower,lover"), "bounds: expected some of lower, universal"),
-        (("--vary", "f=0.3", "--open", "2"), "open nodes: expected node numbers from 0 to 1, found 2"),
         (("--vary", "f=0.3", "--initial", "three.npy"), "initial slip: expected shape (2,), found (3,)"),
         (("--vary", "f=0.3", "--resume"), "--resume: expected -o FILE"),
         (("--vary", "f=0.3", "-o", "table.xlsx"), "ends in .csv or .parquet"),
@@ -141,12 +117,6 @@ def test_numbers_of_a_configuration_are_parameters(tmp_path):
     assert max(map(len, run("sweep", config, "--vary", f"{force}=5,10", "--quick")[1].splitlines())) <= 80
     pressed = document("sweep", config, "--vary", "pressed down=1,2", "--bounds", "upper")
     assert pressed["points"][0]["upper"]["load_factor"] == pytest.approx(as_given, rel=1e-9)
-    refused(
-        "sweep",
-        config,
-        "--vary",
-        "load.9.history=1",
-        cwd=tmp_path,
-        message="load.9.history: expected a number from 1 to 3, found '9'",
-    )
+    said = "load.9.history: expected a number from 1 to 3, found '9'"
+    refused("sweep", config, "--vary", "load.9.history=1", cwd=tmp_path, message=said)
     assert run("sweep", config, "--vary", "f=0.3", "-o", config.replace("toml", "csv"))[0] == 0

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import brake_reuss
 import pytest
-from code_blocks import Page, blocks, not_run, same
+from code_blocks import Page, not_run
 
 import shakedown
 
@@ -53,35 +53,3 @@ def test_the_blocks_of_a_page_run(page, tmp_path, request):
 )
 def test_output_with_numbers_is_run(page):
     assert not_run(page) == []
-
-
-@pytest.mark.parametrize(
-    ("text", "found"),
-    [
-        ("```text\n  λ_U  0\n```\n", 1),
-        ("```\n  λ_U  0\n```\n", 2),
-        ("- so:\n\n  ```text\n  λ_U  0\n  ```\n", 2),
-        ("Said:\n\n    λ_U  1.327687\n", 1),
-        ("Said:\n\n    λ_U  =  min_i λ_1\n", 0),
-        ("> It shakes down up to λ = 0.731.\n", 1),
-        ("<!-- deck -->\n```text\n1, 2\n```\n", 0),
-        ("```text\nshakes down\n```\n", 0),
-        ("```pycon\n>>> 1 + 1\n2\n\n```\n", 0),
-    ],
-)
-def test_output_that_is_not_run_is_found(tmp_path, text, found):
-    (tmp_path / "page.md").write_text(text, encoding="utf-8")
-    assert len(not_run(tmp_path / "page.md")) == found
-
-
-def test_a_limit_next_to_a_step_may_be_rounded_to_either_side():
-    assert same("λ_U = 0.3095999 (proved)", "λ_U  = 0.3096 (proved)")
-    assert not same("λ_U = 0.3095999 (proved)", "λ_U = 0.3095989 (proved)")
-    assert not same("λ_U = 0.3095999 (proved)", "λ_U = 0.3096 (evidence)")
-    assert not same("λ_U = 0.3095999", "λ_U = 0.3096 0")
-
-
-def test_blocks_are_found():
-    languages = [block.language for page in PAGES for block in blocks(page)]
-    assert languages.count("python") + languages.count("pycon") > 10
-    assert languages.count("console") + languages.count("sh") > 10

@@ -4,10 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from meshed_apart import write
 from skfem import MeshQuad
 
-from shakedown import import_model
 from shakedown.fem import ElasticBody, Material, Pressure, Support, contact_problem
 from shakedown.joint.contact_surface import surface_of
 
@@ -86,29 +84,3 @@ def test_a_held_node_opens_a_ring():
     assert problem.n == COUNT - 3
     assert np.flatnonzero(surface_of(problem).edge).tolist() == [0, problem.n - 1]
     assert np.all(np.diff(problem.x) > 0)
-
-
-def of_decks(folder, contact, loaded='"TOP"'):
-    loads = f"[[load]]\nforces = [[{loaded}, 1, -1.0]]\nhistory = [0.0, 1.0]\n"
-    text = 'friction = 0.3\nunits = "N, mm"\n[model]\nfile = "job.inp"\n[stiffness]\nfile = "job.sti"\n'
-    (folder / "import.toml").write_text(f"{text}[contact]\n{contact}\n{loads}")
-    return import_model(folder / "import.toml").problem
-
-
-@pytest.fixture(scope="module", params=[90.0, 200.0, 360.0])
-def bodies(request, tmp_path_factory):
-    """A folder with the deck and the matrix of a hub on a shaft, and the joint of the two."""
-    hub = ElasticBody(sector(request.param, start=50.0, bottom="inner"), STEEL)
-    core = sector(request.param, start=50.0, inner=24.0, outer=BORE, bottom="inner")
-    shaft = ElasticBody(core, STEEL, supports=[Support("bottom")])
-    folder = tmp_path_factory.mktemp("fit")
-    write(folder, hub, shaft)
-    loaded = replace(hub, loads=[Pressure("top", 1.0, history=1.0)])
-    return folder, contact_problem(loaded, "bottom", 0.3, against=(shaft, "top"))
-
-
-def test_an_import_has_the_order_and_the_lengths_of_the_same_bodies(bodies):
-    folder, expected = bodies
-    found = of_decks(folder, 'pairs = ["UPPER", "LOWER"]')
-    np.testing.assert_allclose(found.x, expected.x, rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(found.kappa, expected.kappa, atol=1e-9 * np.abs(expected.kappa).max())

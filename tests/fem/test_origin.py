@@ -6,9 +6,7 @@ import json
 import meshlane
 import numpy as np
 import pytest
-from dovetail import dovetail
 
-import shakedown
 from benchmarks.bodies.classical import press_fit
 from shakedown.fem import (
     ElasticBody,
@@ -75,12 +73,6 @@ def test_the_file_of_a_mesh_is_told_with_its_digest(tmp_path):
     assert told(made)["files"] == [{"name": "block.med", "sha256": digest}]
 
 
-def test_the_source_survives_a_file_and_a_gap(tmp_path):
-    joint = press_fit()
-    shakedown.save_problem(tmp_path / "joint.npz", joint)
-    assert shakedown.load_problem(tmp_path / "joint.npz").source == joint.source
-
-
-@pytest.mark.parametrize("make", [clamped, press_fit, dovetail])
+@pytest.mark.parametrize("make", [clamped, press_fit])
 def test_no_address_of_a_function_is_told(make):
     assert " at 0x" not in make().source

@@ -2,20 +2,16 @@
 
 import json
 
-import meshlane
 import numpy as np
 import pytest
 import solids
 import writers
 from calculix import ccx, needs_ccx
 
-from benchmarks.bodies.bolted_flange import bolted_flange
 from benchmarks.bodies.lap_joint import lap_joint
-from shakedown import ProblemError, example, import_model
+from shakedown import ProblemError, import_model
 from shakedown.fem import (
-    BodyForce,
     Bolt,
-    Displacement,
     ElasticBody,
     Force,
     Material,
@@ -26,7 +22,6 @@ from shakedown.fem import (
     brick_mesh,
     contact_condensation,
     contact_problem,
-    read_mesh,
 )
 from shakedown.joint.places import faces_among
 
@@ -198,17 +193,6 @@ def test_a_rigid_boundary_knows_resultants_only():
     assert contact_condensation(plane, "bottom").zero_modes == 3
 
 
-def test_tangents_and_loads_of_solids():
-    lean = contact_problem(block(), "bottom", 0.4, tangent=[1.0, 1.0, 0.0])
-    plain = contact_problem(block(), "bottom", 0.4)
-    np.testing.assert_allclose(lean.tangents[0, 0], np.array([1.0, 1.0, 0.0]) / np.sqrt(2))
-    np.testing.assert_allclose(lean.p_w, plain.p_w)
-    moved = contact_problem(block(loads=[Displacement("top", z=-1e-3, history=1.0)]), "bottom", 0.4)
-    assert moved.p_w.sum() > 0
-    heavy = contact_problem(block(loads=[BodyForce((0.0, 0.0, -2.0), history=1.0)]), "bottom", 0.4)
-    assert heavy.p_w.sum() == pytest.approx(2.0 * 3.0)
-
-
 def test_the_lap_joint_carries_its_load_and_is_pressed_alike_on_both_sides():
     """Sideways the contact alone carries the load at the tip, 360 mm from the middle of the lap."""
     joint = lap_joint((12, 2, 1), steps=4)
@@ -224,86 +208,6 @@ def test_the_lap_joint_carries_its_load_and_is_pressed_alike_on_both_sides():
         for x, y, z in joint.coordinates
     ]
     np.testing.assert_allclose(pressed[across], pressed, rtol=1e-7)
-
-
-def on_first_body(joint, q, p):
-    """Forces of the contact on the first body, (n, 3), of tangential and normal reactions of one load step."""
-    return np.einsum("nk,nkj->nj", joint.layout.by_node(q), joint.tangents) + p[:, None] * joint.normal
-
-
-def test_the_flange_carries_its_load_on_a_ring_that_its_bolt_presses():
-    joint = bolted_flange((16, 2, 2), steps=4)
-    radius = np.hypot(*joint.coordinates[:, :2].T)
-    assert (joint.n, np.unique(radius.round(9)).tolist()) == (48, [13.0, 19.5, 26.0])
-    assert joint.node_area.sum() == pytest.approx(np.pi * (26.0**2 - 13.0**2), rel=0.03)
-    p, q = joint.p_w.mean(axis=0), joint.q_w.mean(axis=0)
-    assert p.min() > 0
-    assert 0.7 * 150e3 < p.sum() < 150e3
-    sheared = on_first_body(joint, joint.q_w[1] - q, joint.p_w[1] - p).sum(axis=0)
-    np.testing.assert_allclose(sheared, [0.0, -4e3, 0.0], atol=1e-6)
-    pulled = on_first_body(joint, joint.q_w[0] - q, joint.p_w[0] - p).sum(axis=0)
-    assert pulled[2] < -1e3  # the rest of 2 kN goes through the bolt
-    mirrored = [int(np.argmin(np.hypot(joint.x[:, 0] - x, joint.x[:, 1] + y))) for x, y in joint.x]
-    np.testing.assert_allclose(p[mirrored], p, rtol=1e-7)
-
-
-def test_the_blade_hangs_on_both_flanks_and_is_in_equilibrium_after_its_spin():
-    joint = example("blade-root")
-    q, p = joint.q_w.mean(axis=0), joint.p_w.mean(axis=0)
-    slip = joint.initial_slip[0]
-    q, p = q + joint.A @ slip, p + joint.B @ slip
-    assert p.min() > 0
-    assert (joint.law.limit(p) - np.hypot(*joint.layout.by_node(q).T)).min() > -1e-9 * p.max()
-    held = on_first_body(joint, q, p).sum(axis=0)
-    np.testing.assert_allclose(held, [0.0, held[1], 0.0], atol=1e-6 * abs(held[1]))
-    volume = 40.0 * (
-        6.0 * 24.0 + 8.0 * 18.0 + 4.0 * 12.0 + 52.0 * 8.5
-    )  # depth, times the parts between heights
-    acceleration = (2 * np.pi * 8000 / 60) ** 2 * 300.0
-    assert held[1] == pytest.approx(-7.85e-9 * acceleration * volume, rel=1e-6)
-    np.testing.assert_allclose(np.abs(joint.normal[:, 1]), 0.6, atol=1e-9)
-
-
-SOURCES = {"quad": block_mesh(2.0, 1.0, 2, 1)}
-SOURCES |= {
-    kind: brick_mesh((2.0, 1.0, 1.0), (2, 1, 1), tetrahedra=kind == "tetra")
-    for kind in ("tetra", "hexahedron")
-}
-IN_FILES = {"quad": [0, 1, 2, 3], "tetra": [0, 1, 2, 3], "hexahedron": [0, 3, 6, 2, 1, 5, 7, 4]}
-
-
-@pytest.mark.parametrize("kind", SOURCES)
-@pytest.mark.parametrize("suffix", [".msh", ".inp"])
-def test_meshes_from_files_keep_their_sets(tmp_path, kind, suffix):
-    source, path = SOURCES[kind], tmp_path / f"body{suffix}"
-    dimension = len(source.p)
-    points, cells = np.pad(source.p.T, ((0, 0), (0, 3 - dimension))), source.t[IN_FILES[kind]].T.astype(int)
-    if suffix == ".msh":
-        facets = source.facets[:, source.boundaries["bottom"]].T.astype(int)
-        if kind == "hexahedron":
-            facets = facets[:, [0, 1, 3, 2]]
-        blocks = [(kind, cells), ({2: "line", 3: "triangle", 4: "quad"}[facets.shape[1]], facets)]
-        tags = [np.full(len(cells), 1), np.full(len(facets), 2)]
-        mesh = meshlane.Mesh(
-            points, blocks, cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
-            field_data={"steel": np.array([1, dimension]), "foot": np.array([2, dimension - 1])},
-        )  # fmt: skip
-        meshlane.write(path, mesh, file_format="gmsh22", binary=False)
-    else:
-        sets = {"foot": np.flatnonzero(np.isclose(source.p[-1], 0.0))}
-        mesh = meshlane.Mesh(
-            np.vstack([points, [[7.0, 7.0, 7.0]]]),  # the last node is without elements
-            [(kind, cells)],
-            point_sets=sets,
-            cell_sets={"steel": [np.arange(len(cells))]},
-        )
-        meshlane.write(path, mesh)
-        path.write_text(path.read_text().replace("TYPE=S4", "TYPE=CPE4"))
-    found = read_mesh(path)
-    assert (found.nvertices, found.nelements) == (source.nvertices, source.nelements)
-    one = contact_condensation(ElasticBody(found, {"steel": STEEL}), "foot").stiffness
-    expected = contact_condensation(ElasticBody(source, STEEL), "bottom").stiffness
-    np.testing.assert_allclose(one, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize(

@@ -3,15 +3,12 @@
 import os
 import signal
 import sys
-from concurrent.futures import Executor, Future
 from importlib import import_module
-from types import SimpleNamespace
 
 import pytest
 from pieces_works import Deadly, Squares, done, squares
 
 from shakedown.files import pieces as module
-from shakedown.files import pieces as pieces_module
 from shakedown.files.pieces import cluster_executor, run_pieces
 from shakedown.ground import code_cache
 from shakedown.ground.errors import SolverError, UsageError
@@ -102,23 +99,6 @@ def test_a_scheduler_that_is_lost_is_one_line_and_what_is_done_stays(tmp_path):
         ):
             pass
     assert len(done(tmp_path / "map.npz")) >= 1
-
-
-class Lost(Executor):
-    """Of a client whose scheduler goes as soon as it has work: that never ends."""
-
-    def __init__(self):
-        self._client = SimpleNamespace(status="running", nthreads=lambda: {"here": 1})
-
-    def submit(self, *_):
-        self._client.status = "closed"
-        return Future()
-
-
-def test_work_that_a_lost_scheduler_never_ends_is_not_waited_for(monkeypatch):
-    monkeypatch.setattr(pieces_module, "ASK_AGAIN", 0.01)
-    with pytest.raises(SolverError, match="one died"), run_pieces(Squares(), 3, executor=Lost()):
-        pass
 
 
 def test_work_that_kills_its_workers_is_given_up_in_words(cluster, monkeypatch):

@@ -3,7 +3,7 @@
 import warnings
 
 import numpy as np
-from hostile.campaign import CONTROL, LONGEST_LINE, judge, named, numbers
+from hostile.campaign import CONTROL, LONGEST_LINE, named, numbers
 from hostile.damaged_npz import HEADERS, damaged_bytes, damaged_npz, npy, with_header
 
 import shakedown
@@ -75,10 +75,3 @@ def test_what_headers_say_is_no_warning(tmp_path):
             path.write_bytes(with_header(header, data))
             read(shakedown.load_initial_slip, path)
     assert not told
-
-
-def test_damaged_files_at_the_command_line(tmp_path):
-    for number in numbers(12):
-        rng = np.random.default_rng([3, number])
-        (tmp_path / "p.npz").write_bytes(damaged_npz(arrays(number), rng))
-        judge(number, ["solve", "p.npz"], str(tmp_path))

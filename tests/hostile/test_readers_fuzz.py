@@ -78,14 +78,7 @@ SLOAD = (
 **     3,     1,-0.5000000E+01
 """
 )
-HARWELL = """title                                                                   key
-             3             1             1             1
-RSA                        2             2             3             0
-(3I10)          (3I10)          (3E20.12)
-         1         3         4
-         1         2         2
-  2.000000000000E+00 -1.000000000000E+00  3.000000000000E+00
-"""
+HARWELL = writers.harwell_boeing(K)
 ARCHIVE = writers.ansys_archive(
     {1: (0.0, 0.5, 0.0), 2: (1.0, 0.0, 0.0), 3: (1.0, 1.0, 0.0), 4: (0.0, 1.0, 0.0)},
     {7: (1, [1, 2, 3, 4])},
@@ -107,35 +100,12 @@ def stiffness(path):
     return read_stiffness(path, dof_map=np.array(DOFS))
 
 
-UNV = """    -1
-  2411
-         1         1         1        11
-   0.0000000000000000E+00   0.0000000000000000E+00   0.0000000000000000E+00
-         2         1         1        11
-   1.0000000000000000D+00   0.0000000000000000E+00   0.0000000000000000E+00
-         3         1         1        11
-   0.0000000000000000E+00   1.0000000000000000E+00   0.0000000000000000E+00
-    -1
-    -1
-  2412
-         1        41         2         1         7         3
-         1         2         3
-         2        11         2         1         7         2
-         0         1         1
-         1         2
-    -1
-    -1
-  2467
-         1         0         0         0         0         0         0         2
-FOOT
-         8         2         0         0         7         1         0         0
-    -1
-"""
 TRIANGLE = {
     "points": np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
     "cells": [("triangle", [[0, 1, 2]]), ("line", [[0, 1]])],
     "cell_sets": {"FOOT": [[], [0]]},
 }
+UNV = writers.universal(TRIANGLE["points"], (1, 2, 3), [(41, [1, 2, 3]), (11, [1, 2])], [("FOOT", 8, [2])])
 GMSH = """$MeshFormat
 2.2 0 8
 $EndMeshFormat
@@ -297,7 +267,7 @@ LIES = {
     "matrix market": "%%MatrixMarket matrix coordinate real general\n1000000 1000000 999999999999\n1 1 1.0\n",
     "matrix market array": "%%MatrixMarket matrix array real general\n40000 40000\n1.0\n",
     "harwell-boeing": HARWELL.replace(
-        "             2             2             3", "      40000000      40000000     999999999"
+        f"{6:14d}{6:14d}{21:14d}", f"{40000000:14d}{40000000:14d}{999999999:14d}"
     ),
     "op4 text": writers.nastran_op4(K).replace("       6       6", "   40000   40000", 1),
     "op4 text string": "      40      40       2       2KAA     1P,3E23.16\n       1       0 9999999\n99999999999999999\n",
@@ -401,14 +371,10 @@ def test_a_damaged_configuration_is_one_line(tmp_path, case):
     ("old", "new", "message"),
     [
         ("nodes = [1, ", "nodes = [nan, ", "whole numbers"),
-        ("nodes = [1, ", "nodes = [inf, ", "whole numbers"),
         ("nodes = [1, ", f"nodes = [{'9' * 400}, ", "whole numbers"),
-        ("nodes = [1, ", "nodes = [1.7, ", "whole numbers"),
-        ("[1, 1, -0.05]", "[1.9, 1, -0.05]", "expected a node"),
         ("[1, 1, -0.05]", "[nan, 1, -0.05]", "expected a node"),
         ("[1, 1, -0.05]", "[1, 2.7, -0.05]", "whole direction"),
         ("[1, 1, -0.05]", f"[1, 1, {'9' * 400}]", "finite number"),
-        ("[1, 1, -0.05]", "[1, 1, nan]", "finite number"),
         ("order = 1, cos", "order = 1.5, cos", "key 'order': expected a whole number"),
         ("order = 1, cos", "order = -1, cos", "key 'order': expected a whole number"),
         ("normal = [0.0, 1.0]", "normal = [0.0, inf]", "key 'normal'"),

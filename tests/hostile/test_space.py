@@ -7,8 +7,7 @@ joint in other words (units, labels, tangents turned at every node) has the same
 from itertools import pairwise
 
 import numpy as np
-import pytest
-from hostile.campaign import judge, named, numbers
+from hostile.campaign import named, numbers
 from hostile.random_joints import SPACE, space_joint
 
 import shakedown
@@ -46,15 +45,6 @@ def test_numbers_are_consistent_and_the_safe_slip_is_safe():
                 chain = (upper.certified or (upper.load_factor,) * 2)[0], upper.load_factor
                 assert all(low <= high * (1 + ROUND_OFF) for low, high in pairwise((*chain, chain[-1])))
                 assert not energy.load_factor > upper.load_factor * (1 + ROUND_OFF)
-
-
-@pytest.mark.parametrize("options", [(), ("--json",), ("--quick",), ("--open", "none", "--initial", "given")])
-def test_the_command_answers_in_80_columns(options, tmp_path):
-    for number in numbers(1):
-        kind = SPACE[(3 * number + len(options)) % len(SPACE)]
-        problem = space_joint(np.random.default_rng([33, number]), kind, most=5)
-        shakedown.save_problem(tmp_path / "p.npz", problem)
-        judge(number, ["solve", "p.npz", *options], str(tmp_path))
 
 
 def test_a_node_that_no_leaning_disc_holds_has_an_answer():

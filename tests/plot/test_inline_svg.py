@@ -3,12 +3,8 @@
 import re
 from functools import partial
 
-import numpy as np
 import pytest
 
-import shakedown
-from shakedown import plot
-from shakedown.motion.evolution import evolve
 from shakedown.plot.inline_svg import Drawing, picture
 
 
@@ -57,15 +53,3 @@ def test_panels_that_are_alike_have_the_same_ticks_and_one_legend():
         assert (made.legend is None) == (alike == 0)
     assert ticks[0][0] != ticks[0][1]
     assert ticks[1][0] == ticks[1][1]
-
-
-def test_a_path_is_one_line_that_breaks_off_where_it_is_interrupted():
-    problem = shakedown.example("jump")
-    path = evolve(problem, 1.0, problem.initial_slip[0]).history
-    lines = plot.slip_space(problem, 1.0, {"path": path}).lines
-    drawn = [
-        one.get_xydata() for one in lines if one.get_linestyle() in ("-", ":") and len(one.get_xydata()) > 2
-    ]
-    corners = np.vstack([points[~np.isnan(points).any(axis=1)] for points in drawn])
-    assert len(drawn) <= 2
-    assert {tuple(point) for point in corners} == {tuple(point) for point in path.v}

@@ -7,7 +7,6 @@ import pytest
 
 import shakedown
 from shakedown import UsageError, plot
-from shakedown.joint.units import units_of
 
 BLOCK = shakedown.example("block-9")
 TWO = shakedown.example("two-node")
@@ -27,28 +26,6 @@ def test_the_area_of_the_hysteresis_loop_is_the_dissipation(cyclic):
     (line,) = axes.lines
     assert area(*line.get_data()) == pytest.approx(cyclic.dissipation_per_cycle, rel=1e-9)
     assert axes.get_legend().get_texts()[0].get_text() == f"node 1: {cyclic.dissipation_per_cycle:.4g}"
-
-
-@pytest.mark.parametrize(
-    ("units", "expected"),
-    [
-        ("N, mm", ("N", "mm")),
-        ("mm, kN", ("kN", "mm")),
-        ("h, p_max", ("", "")),
-        ("", ("", "")),
-        ("SI", ("", "")),
-    ],
-)
-def test_units_are_shown_where_they_are_known(units, expected):
-    assert units_of(replace(TWO, units=units)) == expected
-
-
-def test_pressure_shows_the_recorded_reactions():
-    state = shakedown.long_term_state(BLOCK, 1.0)
-    time = float(state.history.cycle[3])
-    (line,) = plot.pressure(state, BLOCK, cycles=[time]).lines
-    row = int(np.abs(state.history.cycle - time).argmin())
-    assert np.array_equal(line.get_ydata(), state.history.p[row])
 
 
 def test_zones_show_each_state_where_it_was():
@@ -105,15 +82,6 @@ def test_the_work_that_is_drawn_is_that_of_the_results_per_node(name, load_facto
     work = state.period * shakedown.node_results(state).work
     np.testing.assert_allclose(drawn, work[places], rtol=1e-9, atol=1e-12 * work.max())
     assert drawn.sum() == pytest.approx(state.friction_dissipation_per_cycle * state.period, rel=1e-9)
-
-
-@pytest.mark.parametrize(("name", "load_factor"), [("press-fit", 2.0), ("block-9", 5.0)])
-def test_slip_ranges_are_those_of_the_results_per_node(name, load_factor):
-    joint = shakedown.example(name)
-    state = shakedown.long_term_state(joint, load_factor)
-    (line, *_) = plot.slip_range(state, joint).lines
-    ranges = shakedown.node_results(state).slip_range
-    assert line.get_ydata() == pytest.approx(ranges[np.argsort(joint.x, kind="stable")], rel=1e-12)
 
 
 def test_texts_on_the_scale_do_not_lie_on_each_other():

@@ -24,14 +24,6 @@ def test_reaction_space_shows_states_and_sectors():
     assert "backward slip" not in shown
 
 
-def test_slip_space_shows_the_jump_and_the_rows():
-    problem = shakedown.example("jump")
-    run = evolve(problem, 1.0, problem.initial_slip[0])
-    axes = plot.slip_space(problem, 1.0, {"path": run})
-    assert sum(name.endswith("limit") for name in texts(axes)) == 4
-    assert any(line.get_linestyle() == ":" for line in axes.lines)
-
-
 @pytest.mark.parametrize("load_factor", [0.0, 0.3, 0.6573, 0.7, 0.73])
 def test_the_safe_polygon_is_the_safe_region(load_factor):
     """Its corners are on two rows each and inside the others; random points agree with the rows."""

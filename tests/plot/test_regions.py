@@ -42,25 +42,6 @@ def test_over_one_parameter_every_region_is_drawn_and_named():
     assert "between them interpolated, nothing is proved there" in axes.get_legend().get_title().get_text()
 
 
-@pytest.mark.slow
-def test_over_two_parameters_the_areas_are_the_regions():
-    grid = {"mean": np.linspace(0.5, 3, 7), "f": np.linspace(0.1, 0.8, 8)}
-    found = shakedown.sweep(TWO, grid, quick=True, bounds=["universal", "energy", "upper"])
-    axes = plot.regions(found, load_factor=1.0)
-    regions, places, inside = found.regions(1.0), [], []
-    for i, mean in enumerate(grid["mean"][1:-1], start=1):
-        for j, f in enumerate(grid["f"][1:-1], start=1):
-            if (regions[i - 1 : i + 2, j - 1 : j + 2] == regions[i, j]).all():
-                places.append((mean + 0.07, f + 0.013))
-                inside.append(regions[i, j])
-    shades = colours_at(axes, places)
-    colours = {name: [s for s, at in zip(shades, inside, strict=True) if at == name] for name in set(inside)}
-    assert len(colours) >= 3
-    common = {name: max(set(found), key=found.count) for name, found in colours.items()}
-    assert len(set(common.values())) == len(common)
-    assert all(found.count(common[name]) >= 0.7 * len(found) for name, found in colours.items())
-
-
 @pytest.mark.parametrize(
     "vary",
     [
@@ -77,19 +58,3 @@ def test_points_without_numbers_are_drawn_without_complaint(vary):
     found = shakedown.sweep(TWO, vary, bounds=["universal", "upper"])
     plot.regions(found, load_factor=0.0)
     plot.regions(found, load_factor=0.5).figure.savefig("/dev/null", format="png", dpi=20)
-
-
-def test_only_limits_that_have_a_curve_are_in_the_legend_and_the_others_are_told():
-    loose = shakedown.example("receding-block")
-    found = shakedown.sweep(
-        loose, {"f": [0.2, 0.3, 0.4]}, quick=True, bounds=["universal", "energy", "upper"]
-    )
-    axes = plot.regions(found)
-    legend, title = axes.get_legend(), axes.get_legend().get_title().get_text()
-    assert {text.get_text() for text in legend.get_texts()} >= {"λ_max, impossible above"}
-    for name, word in (("universal", "λ_U"), ("energy", "λ_E"), ("upper", "λ_max")):
-        limit = found.load_factors(name)
-        seen = (np.isfinite(limit) & (limit > 0)).any()
-        assert any(text.get_text().startswith(word) for text in legend.get_texts()) == seen
-        assert (word in title) == (not seen)
-    assert "λ_U" in title

@@ -1,7 +1,5 @@
 """Pictures reach their files whole or not at all."""
 
-import inspect
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -38,12 +36,3 @@ def test_a_picture_that_fails_leaves_the_old_file(tmp_path):
         plot.save(axes, path)
     assert path.read_bytes() == b"old"
     assert [entry.name for entry in tmp_path.iterdir()] == ["old.png"]
-
-
-@pytest.mark.parametrize("name", sorted(plot.__all__))
-def test_who_may_leave_out_the_axes_is_told_how_to_write_the_figure(name):
-    draw = getattr(plot, name)
-    given = inspect.signature(draw).parameters.get("ax")
-    if given is not None and given.default is None:
-        said = "by default a new figure, which ``plot.save(axes, path)`` writes" in draw.__doc__
-        assert said or "as for :func:`" in draw.__doc__.lower()  # there it is said

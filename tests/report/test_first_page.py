@@ -127,17 +127,6 @@ def test_claims_are_those_of_the_assessment_in_the_loads_of_the_user(which, requ
     assert claimed["proved from every state"][:2] == ["not proved", ""]
 
 
-def test_a_joint_that_slips_says_where_and_how_far(slips):
-    assert answer(slips) == "At the nominal load (λ = 1) the joint slips in every cycle: simulated."
-    nodes = shakedown.node_results(slips.as_given)
-    most = int(nodes.slip_range.argmax())
-    shown = {each.label: (each.shown, each.note) for each in state_facts(slips)}
-    assert shown["largest slip range"] == (
-        f"{few(nodes.slip_range[most])} mm",
-        f"node {most} (FE {slips.problem.label[most]})",
-    )
-
-
 @pytest.mark.usefixtures("undrawn")
 def test_the_largest_results_per_node_are_those_of_the_json(slips, tmp_path):
     write_report(tmp_path / "page.html", slips)
@@ -168,13 +157,6 @@ SAID = {
 @pytest.mark.parametrize("name", SAID)
 def test_the_answer_is_the_outcome(name):
     assert answer(nominal(name)).startswith(f"At the nominal load (λ = 1) {SAID[name]}")
-
-
-def test_a_body_that_slides_away_does_not_hold():
-    free = Problem(A=[[0.0]], B=[[0.0]], C=[[1.0]], f=0.5, q_w=[[0.9], [-0.1]], p_w=[[1.0], [1.0]])
-    v = verified(free)
-    assert answer(v) == f"At the nominal load (λ = 1) t{notes.slides_away[1:]}"
-    assert fact(verify_sheet(v), "results per node").startswith("none")
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -235,6 +235,7 @@ def test_pages_are_small(block_page):
     assert len(block_page.encode()) < 800_000
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_body_that_slides_away_has_its_page():
     free = Problem(
         A=[[0.0]], B=[[0.0]], C=[[1.0]], f=0.5, q_w=[[0.9], [-0.1]], p_w=[[1.0], [1.0]]

@@ -16,7 +16,7 @@ JOINT = shakedown.example("one-node-3d")
 
 @pytest.fixture(scope="module")
 def verification():
-    return shakedown.verify(JOINT, load_factors=[0.9, 1.4], random_states=0)
+    return shakedown.verify(JOINT, load_factors=[1.4], random_states=0)
 
 
 def test_the_page_has_orbits_and_zones_in_place_of_what_the_plane_has(verification, undrawn):
@@ -27,8 +27,9 @@ def test_the_page_has_orbits_and_zones_in_place_of_what_the_plane_has(verificati
         "Normal reactions, and use of friction",
     ):
         assert words in page
-    for words in ("Hysteresis", "λ_1: first collapse"):
-        assert words not in page
+    for absent in ("Hysteresis", "first collapse", "no wedging", "subsets", "f threshold"):
+        assert absent not in page
+    assert "1 node (3-D), 24 load steps" in page
     assert "There is no view to turn: the problem does not say where its nodes are." in page
     assert "<script" not in page  # its node has no place
 
@@ -39,13 +40,6 @@ def test_instants_show_what_opens_where_as_many_nodes_slip_at_others():
     shown = path.at(np.array(instants(path))).state
     assert (shown == OPEN).any()
     assert (shown == SLIP).any()
-
-
-def test_what_only_the_plane_has_is_not_there(verification, undrawn):
-    page = render(verification)
-    for absent in ("first collapse", "no wedging", "subsets", "f threshold"):
-        assert absent not in page
-    assert "1 node (3-D), 24 load steps" in page
 
 
 def test_loads_bolts_and_all_three_extents_are_told():

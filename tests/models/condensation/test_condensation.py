@@ -57,18 +57,6 @@ def dense_schur(K, kept):
 
 
 @BOTH
-def test_a_b_c_are_the_schur_complement(d):
-    K = lattice(d)
-    found = condensed_stiffness(sparse.csr_matrix(K), dofs(d), CONTACT, up(d))
-    expected = dense_schur(K, places(d))
-    np.testing.assert_allclose(found.stiffness, expected, atol=1e-13 * np.abs(expected).max())
-    np.testing.assert_allclose(found.B, expected[3 * d :, : 3 * d], atol=1e-13 * np.abs(expected).max())
-    assert (found.n, found.interior, found.held, found.zero_modes, found.notes) == (3, 2 * d + 2, 0, 0, ())
-    assert found.residual < 1e-13
-    assert found.asymmetry < 1e-13
-
-
-@BOTH
 def test_problem_reproduces_the_structure_with_contact_moved(d):
     """q = q_w + A v + Bᵀ w and p = p_w + B v + C w are the forces that hold v, w in the full structure."""
     K, rng, kept = lattice(d, 3), np.random.default_rng(4), 3 * (d + 1)
@@ -153,17 +141,6 @@ def test_compliances_of_two_bodies_add_and_bodies_may_be_swapped(d):
     np.testing.assert_allclose(swapped.welded(push).reactions, together.welded(push).reactions, atol=1e-11)
 
 
-def test_1e36_diagonals_are_held_and_said():
-    K = lattice(1)
-    marked = K.copy()
-    marked[[6, 7], [6, 7]] = 1e36
-    found = condensed_stiffness(marked, dofs(1), CONTACT, [0, 1])
-    same = condensed_stiffness(K, dofs(1), CONTACT, [0, 1], fixed=[6, 7]).stiffness
-    np.testing.assert_allclose(found.stiffness, same, atol=1e-13)
-    assert found.held == 2
-    assert "1e36" in found.notes[0]
-
-
 def test_internal_nodes_with_negative_labels_are_condensed_not_dropped():
     """A multiplier that ties two interior rows: an indefinite matrix, and dropping it changes the result."""
     K = lattice(1)
@@ -191,17 +168,6 @@ def test_a_body_that_nothing_holds_has_its_rigid_motions(d, motions):
     floating = condensed_stiffness(lattice(d, ground=0.0), dofs(d), CONTACT, up(d))
     assert floating.zero_modes == motions
     assert f"floating: {motions}" in floating.notes[0]
-
-
-def test_a_node_on_a_plane_of_symmetry_keeps_its_slip():
-    K = lattice(1)
-    found = condensed_stiffness(K, dofs(1), CONTACT, [0, 1], fixed=[0])
-    np.testing.assert_array_equal(found.A[0, 1:], 0.0)
-    np.testing.assert_array_equal(found.B[:, 0], 0.0)
-    assert found.A[0, 0] > 0
-    rest = dense_schur(np.delete(np.delete(K, 0, 0), 0, 1), [1, 3, 0, 2, 4])
-    np.testing.assert_allclose(found.stiffness[1:, 1:], rest, atol=1e-12)
-    assert "plane of symmetry" in found.notes[0]
 
 
 def test_a_pair_on_a_plane_of_symmetry_is_held_on_both_sides():
@@ -234,36 +200,6 @@ def test_slips_across_planes_of_symmetry_stay_zero(tangent):
     assert "2 contact node(s) are held along a tangent" in found.notes[0]
 
 
-def break_symmetry(K):
-    K[0, 5] *= 1.001
-
-
-def make_infinite(K):
-    K[3, 3] = np.inf
-
-
-def loosen(K):
-    K[8:, :] = 0
-    K[:, 8:] = 0
-    K[8, 8] = K[9, 9] = 1.0
-    K[8, 9] = K[9, 8] = 1.0
-
-
-@pytest.mark.parametrize(
-    ("spoil", "message"),
-    [
-        (break_symmetry, r"symmetric matrix, found .* at row \(0, 1\), column \(20, 2\)"),
-        (make_infinite, "finite"),
-        (loosen, "found that it can move"),
-    ],
-)
-def test_a_spoilt_matrix_is_refused(spoil, message):
-    K = lattice(1)
-    spoil(K)
-    with pytest.raises(ProblemError, match=message):
-        condensed_stiffness(K, dofs(1), CONTACT, [0, 1])
-
-
 PLANE, SPACE = dofs(1), dofs(2)
 
 
@@ -282,6 +218,8 @@ PLANE, SPACE = dofs(1), dofs(2)
         (1, {"axes": (1, 3)}, r"\(0, 3\)"),
         (1, {"stiffness": 1j * lattice(1)}, "real numbers"),
         (1, {"stiffness": np.zeros((10, 10))}, "only zeros"),
+        (1, {"stiffness": np.diag(np.full(10, np.inf))}, "finite"),
+        (1, {"stiffness": np.eye(10) + 0.1 * np.eye(10, k=5)}, r"symmetric matrix, found .* at row \(0, 1\), column"),
         (2, {"normals": [0, 1], "tangent": [1, 0, 0]}, "tangent: expected only beside normals of three comp"),
         (2, {"axes": (1, 3)}, "axes: expected normals of two components, along directions 1 and 3, found three"),
         (2, {"tangent": [[1, 0, 0]] * 2}, r"tangent: expected shape \(3,\), \(3, 3\) or \(3, 2, 3\), found \(2, 3"),
@@ -291,18 +229,6 @@ def test_one_thing_wrong_is_named(d, change, message):
     given = {"stiffness": lattice(d), "dofs": dofs(d), "contact": CONTACT, "normals": up(d)} | change
     with pytest.raises(ProblemError, match=message):
         condensed_stiffness(given.pop("stiffness"), **given)
-
-
-def test_a_third_direction_is_refused_or_held():
-    K = np.zeros((13, 13))
-    K[:10, :10] = lattice(1)
-    K[10:, 10:] = 5 * np.eye(3)
-    K[:3, 10:] = K[10:, :3] = 0.3
-    own = [*map(tuple, dofs(1).tolist()), (0, 3), (10, 3), (20, 3)]
-    with pytest.raises(ProblemError, match="node 0 free in direction 3 too"):
-        condensed_stiffness(K, own, CONTACT, [0, 1])
-    held = condensed_stiffness(K, own, CONTACT, [0, 1], fixed=[10, 11, 12])
-    np.testing.assert_allclose(held.stiffness, dense_schur(K[:10, :10], places(1)), atol=1e-12)
 
 
 def test_a_sub_block_passed_as_condensed_is_refused():
@@ -368,14 +294,3 @@ def test_load_cases_are_checked():
         histories([])
     with pytest.raises(ProblemError, match="lengths 2, 3"):
         histories([LoadCase(history=np.ones(2), force=[1.0]), LoadCase(history=np.ones(3), force=[1.0])])
-
-
-def test_mean_and_transient_are_combined_per_case():
-    reactions = [np.array([[1.0, 0.0]]), np.array([[0.0, 1.0]])]
-    dead = LoadCase(history=2.0, reactions=reactions[1], transient=[1.0])
-    live = LoadCase(history=[1.0, -3.0], reactions=reactions[0], mean=0.0)
-    joint = condense(np.diag([1.0, 2.0]), [(1, 1), (1, 2)], [1], [0, 1], [dead, live], f=0.1)
-    assert joint.q_w.ravel().tolist() == [1.0, -3.0]
-    assert joint.p_w.ravel().tolist() == [2.0, 2.0]
-    assert (joint.q_mean.item(), joint.p_mean.item()) == (0.0, 2.0)
-    assert (joint.q_transient.item(), joint.p_transient.item()) == (0.0, 1.0)

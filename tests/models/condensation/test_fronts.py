@@ -6,7 +6,6 @@ from scipy import sparse
 from scipy.linalg import LinAlgError
 
 from shakedown import ProblemError
-from shakedown.fem import ElasticBody, Force, Material, Support, brick_mesh, contact_problem
 from shakedown.models.condensation import factorised_interior
 from shakedown.models.condensation.condense import condensed_stiffness
 from shakedown.models.condensation.factorised_interior import (
@@ -58,31 +57,6 @@ def test_an_indefinite_matrix_is_not_factorised():
     K, places = grid((5, 5, 4))
     with pytest.raises(LinAlgError, match="not positive definite at unknown"):
         factorised(sparse.csr_array(K - 3.0 * sparse.eye_array(100)), planned(K, places)[0])
-
-
-def blocks(rigid=()):
-    steel = Material(210e3, 0.3)
-    loads = [Force("top", (1.0, 2.0, -9.0), history=1.0)]
-    half = [Support("front", x=False, z=False)]
-    upper = ElasticBody(
-        brick_mesh((4.0, 3.0, 2.0), (4, 3, 1), origin=(0, 0, 2)), steel, half, loads, rigid=rigid
-    )
-    lower = ElasticBody(brick_mesh((4.0, 3.0, 2.0), (4, 3, 1)), steel, [Support("bottom"), *half])
-    return upper, lower
-
-
-@pytest.mark.parametrize("rigid", [(), ("right",)])
-def test_solids_have_the_same_joint_by_either_factorisation(monkeypatch, rigid):
-    upper, lower = blocks()
-    if rigid:
-        upper = ElasticBody(upper.mesh, upper.material, [], upper.loads, rigid=("top",))
-    one = contact_problem(upper, "bottom", 0.4, against=(lower, "top"))
-    monkeypatch.setattr(factorised_interior, "_LARGE", 1)
-    other = contact_problem(upper, "bottom", 0.4, against=(lower, "top"))
-    size = np.abs(one.kappa).max()
-    np.testing.assert_allclose(other.kappa, one.kappa, rtol=0, atol=1e-12 * size)
-    np.testing.assert_allclose(other.q_w, one.q_w, atol=1e-11)
-    np.testing.assert_allclose(other.p_w, one.p_w, atol=1e-11)
 
 
 ROW = {k: (float(k), 0.0, 0.0) for k in range(200)}

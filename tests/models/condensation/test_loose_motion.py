@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from shakedown import ProblemError
 from shakedown.fem import ElasticBody, Material, block_mesh
-from shakedown.models.condensation.condense import condensed_stiffness
 from shakedown.models.condensation.stiffness_checks import loose_motion
 
 
@@ -50,14 +48,3 @@ def test_parts_are_told_apart_and_units_do_not_matter(factor):
     dofs = np.array([(1, 1), (2, 1), (5, 1), (6, 1), (5, 3), (6, 3), (9, 2)])
     said = loose_motion(sparse.csc_array(factor * K), dofs)
     assert said == "nodes 1, 2, 5, 6 along x; nodes 5, 6 along z"
-
-
-def test_the_refusal_names_the_part():
-    """A bar on a contact node, and a second bar that nothing holds."""
-    bar = np.array([[1.0, -1.0], [-1.0, 1.0]])
-    K = np.zeros((8, 8))
-    for rows in ((0, 2), (1, 3), (4, 6), (5, 7)):
-        K[np.ix_(rows, rows)] += bar
-    dofs = [(1, 1), (1, 2), (2, 1), (2, 2), (71, 1), (71, 2), (72, 1), (72, 2)]
-    with pytest.raises(ProblemError, match="can move: nodes 71, 72 along x; nodes 71, 72 along y"):
-        condensed_stiffness(K, dofs, [1], [0, 1])

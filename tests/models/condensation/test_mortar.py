@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 
-from shakedown import LoadCase, ProblemError, ShakedownError, condense
+from shakedown import ProblemError, ShakedownError
 from shakedown.models.condensation.surface_coupling import surface_coupling
-from shakedown.models.condensation.surface_mesh import ContactSurface, coupling_of_nodes, shapes
+from shakedown.models.condensation.surface_mesh import ContactSurface, shapes
 
 SIDES = (2.0, 1.5)
 
 
-def grid(counts, first, into, *, triangles=False, skew=0.0, shift=0.0, middles=False, centres=False):
+def grid(
+    counts, first, into, *, triangles=False, skew=0.0, shift=0.0, middles=False, centres=False, unit=1.0
+):
     """A rectangle in the plane z = 0, the body on the side of ``into``."""
     x, y = np.meshgrid(*(np.linspace(0, s, n + 1) for s, n in zip(SIDES, counts, strict=True)), indexing="ij")
     inner = (slice(1, -1), slice(1, -1))
@@ -26,7 +28,7 @@ def grid(counts, first, into, *, triangles=False, skew=0.0, shift=0.0, middles=F
     if middles:
         facets = quadratic(facets, places, centres)
     inside = [np.mean([places[k] for k in facet], axis=0) + np.array([0, 0, into]) for facet in facets]
-    labels = first + np.arange(len(places))
+    labels, places, inside = first + np.arange(len(places)), unit * np.array(places), unit * np.array(inside)
     return ContactSurface(labels, places, [tuple(first + np.array(facet)) for facet in facets], inside)
 
 
@@ -119,6 +121,17 @@ def test_a_constant_pressure_and_rigid_motions_pass(case):
     assert np.abs(found.gap).max() < 1e-13
 
 
+@pytest.mark.parametrize("unit", [1e-6, 1e6])
+def test_units_of_length_change_no_coupling(unit):
+    one, other = (
+        surface_coupling(grid((3, 2), 1, 1.0, skew=0.2, unit=u), grid((4, 3), 900, -1.0, skew=0.2, unit=u))
+        for u in (1.0, unit)
+    )
+    np.testing.assert_allclose(other.area, unit**2 * one.area, rtol=1e-12)
+    np.testing.assert_allclose(other.P.toarray(), one.P.toarray(), atol=1e-12)
+    assert other.flat
+
+
 @pytest.mark.parametrize("shift", [0.3, 0.66, 0.999])
 @pytest.mark.parametrize("triangles", [False, True])
 def test_edges_are_trimmed(shift, triangles):
@@ -208,18 +221,3 @@ def test_what_is_no_surface_is_refused(given, said):
         ContactSurface(**good | given)
     with pytest.raises(ProblemError, match="expected two in the plane or two in space"):
         surface_coupling(surface, grid((3, 2), 900, -1.0))
-
-
-@pytest.mark.parametrize("between", [(), [(3, 1, 2)]], ids=["linear", "quadratic"])
-def test_pairs_as_a_coupling_of_nodes_are_pairs(between):
-    random = np.random.default_rng(7)
-    root = random.normal(size=(24, 24))
-    K, dofs = root @ root.T, np.array([(node, d) for node in range(1, 9) for d in (1, 2, 3)])
-    pairs, normals = np.array([[1, 5], [2, 6], [3, 7]]), np.tile([0.0, 0.6, 0.8], (3, 1))
-    middle = np.array(between, dtype=int).reshape(-1, 3)
-    coupling = coupling_of_nodes(pairs, normals, middle)
-    case = [LoadCase(force=random.normal(size=24), history=1.0)]
-    expected = condense(K, dofs, pairs, normals, case, 0.3, middle_nodes=middle)
-    found = condense(K, dofs, pairs[:, 0], normals, case, 0.3, coupling=coupling)
-    np.testing.assert_allclose(found.kappa, expected.kappa, atol=1e-10 * np.abs(expected.kappa).max())
-    np.testing.assert_allclose(found.p_w, expected.p_w, atol=1e-10 * np.abs(expected.p_w).max())

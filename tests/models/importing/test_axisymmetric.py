@@ -4,13 +4,9 @@ import shutil
 
 import numpy as np
 import pytest
-import writers
 from model_files import RING, changed
-from skfem import Basis, BilinearForm, ElementQuadS2, ElementVector, MeshQuad
-from skfem.helpers import ddot, sym_grad, trace
 
 from shakedown import ProblemError, import_model
-from shakedown.models.readers.mapped_matrices import read_calculix_storage
 from shakedown.models.readers.mesh import Mesh
 
 YOUNG, POISSON = 210e3, 0.3
@@ -21,35 +17,6 @@ BORE, FIT, RIM, LENGTH, INTERFERENCE = 4.0, 10.0, 20.0, 6.0, 0.01
 def ring(tmp_path):
     shutil.copytree(RING, tmp_path / "ring")
     return tmp_path / "ring"
-
-
-@BilinearForm
-def revolved(u, v, w):
-    """Virtual work of an axisymmetric displacement (radial, axial) over the whole circumference."""
-    lame = YOUNG * POISSON / (1 + POISSON) / (1 - 2 * POISSON)
-    shear = YOUNG / 2 / (1 + POISSON)
-    r = w.x[0]
-    e, d = sym_grad(u), sym_grad(v)
-    hoop, virtual_hoop = u[0] / r, v[0] / r
-    spread = (trace(e) + hoop) * (trace(d) + virtual_hoop)
-    return 2 * np.pi * r * (lame * spread + 2 * shear * (ddot(e, d) + hoop * virtual_hoop))
-
-
-def condensed_ring(inner, outer, at, hold):
-    """Stiffness of the nodes at one radius, by height: (axial…, radial…), a point held along the axis."""
-    mesh = MeshQuad.init_tensor(np.linspace(inner, outer, 3), np.array([0.0, LENGTH]))
-    basis = Basis(mesh, ElementVector(ElementQuadS2()), intorder=8)
-    K = revolved.assemble(basis).toarray()
-    place, direction = basis.doflocs, np.empty(basis.N, dtype=int)
-    for dofs in (basis.nodal_dofs, basis.facet_dofs):
-        direction[dofs[0]], direction[dofs[1]] = 0, 1
-    near = np.abs(place[0] - at) < 1e-9
-    axes = [sorted(np.flatnonzero(near & (direction == axis)), key=lambda k: -place[1, k]) for axis in (1, 0)]
-    contact = np.concatenate(axes)
-    held = np.flatnonzero((direction == 1) & (np.abs(place - [[inner], [0]]).max(axis=0) < 1e-9) & hold)
-    rest = np.setdiff1d(np.arange(basis.N), np.concatenate([contact, held]))
-    across = np.linalg.solve(K[np.ix_(rest, rest)], K[np.ix_(rest, contact)])
-    return K[np.ix_(contact, contact)] - K[np.ix_(contact, rest)] @ across
 
 
 def test_the_pressure_of_a_press_fit_is_lame_s(ring):
@@ -64,20 +31,6 @@ def test_the_pressure_of_a_press_fit_is_lame_s(ring):
     lame = INTERFERENCE * YOUNG / FIT / (hub + shaft)
     np.testing.assert_allclose(pressure, lame, rtol=7e-3)  # of the mesh
     np.testing.assert_allclose(pressure @ problem.node_area, lame * problem.node_area.sum(), rtol=1e-3)
-
-
-def test_the_stiffness_is_that_of_the_whole_circumference(ring):
-    """Against scikit-fem on the same mesh: the wedge of CalculiX has straight sides, which cost 2e-4."""
-    hub = condensed_ring(FIT, RIM, FIT, hold=False)
-    shaft = condensed_ring(BORE, FIT, FIT, hold=True)
-    expected = hub - hub @ np.linalg.solve(hub + shaft, hub)
-    made = import_model(ring / "import.toml")
-    signs = np.repeat([-1.0, 1.0], 3)  # the tangent of a normal along the radius points down
-    found = made.condensation.stiffness * np.outer(signs, signs)
-    np.testing.assert_allclose(found, expected, rtol=0, atol=3e-4 * np.abs(expected).max())
-    assert made.stiffness.circumference == 180
-    assert made.condensation.zero_modes == 1  # along the axis
-    assert any("taken 180 times" in note for note in made.notes)
 
 
 PUSHED = (
@@ -168,18 +121,6 @@ def test_the_deck_says_which_code_wrote_the_matrix(ring, line, factor):
         assert "2 degrees, taken 180 times" in " ".join(made.notes)
     else:
         assert import_model(ring / "import.toml").stiffness.circumference == factor
-
-
-def test_abaqus_writes_the_whole_circumference(ring):
-    """Labelled entries are Abaqus'; what stands in them is taken as it is, and a note says so."""
-    stored = read_calculix_storage(ring / "ring.sti")
-    text = writers.abaqus_matrix(180 * stored.K.toarray(), stored.dofs.tolist())
-    (ring / "job_STIF1.mtx").write_text(text)
-    made = import_model(changed(ring, ('file = "ring.sti"', 'file = "job_STIF1.mtx"')))
-    expected = import_model(ring / "import.toml")
-    assert made.stiffness.circumference == 1
-    np.testing.assert_allclose(made.problem.C, expected.problem.C, rtol=1e-9)
-    assert any("the matrix is that of 360 degrees" in note for note in made.notes)
 
 
 def test_a_deck_is_axisymmetric_or_not(ring):

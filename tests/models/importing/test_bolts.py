@@ -136,20 +136,6 @@ def test_what_cannot_be_meant_is_refused(folder, bolts, job, said):
     assert "\n" not in str(refused.value)
 
 
-def test_a_section_of_another_code_or_one_that_was_held_is_refused(folder):
-    deck = (folder / "cut.inp").read_text()
-    (folder / "held.inp").write_text(deck)
-    for suffix in ("sti", "dof"):
-        (folder / f"held.{suffix}").write_bytes((folder / f"job.{suffix}").read_bytes())
-    with pytest.raises(ProblemError, match=r"with a row in the matrix .not held., found 900"):
-        import_model(configuration(folder, SECTION, job="held"))
-    (folder / "held.inp").write_text(
-        deck.replace("*FREQUENCY, SOLVER=MATRIXSTORAGE", "*MATRIX GENERATE, STIFFNESS")
-    )
-    with pytest.raises(ProblemError, match=r"in decks of CalculiX only, found one of Abaqus"):
-        import_model(configuration(folder, SECTION, job="held"))
-
-
 def bolted_plates():
     """Two plates of 5 x 5 elements with a square hole, in it a bolt with head and nut, cut in the middle."""
     nodes, elements = {}, []

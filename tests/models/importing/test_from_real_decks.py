@@ -10,9 +10,7 @@ from model_files import changed
 from scipy.linalg import block_diag
 
 from shakedown import LoadCase, ProblemError, UsageError, condense, import_model
-from shakedown.fem import ElasticBody, Material, Support, block_mesh, contact_condensation
 from shakedown.joint.constraints import with_initial_gap
-from shakedown.models.condensation.condense import condensed_stiffness
 from shakedown.models.importing.import_model import import_problem
 from shakedown.models.importing.load_section import time_function
 from shakedown.models.importing.templates import (
@@ -28,56 +26,6 @@ from shakedown.models.readers.toml_table import TomlTable
 def punch(tmp_path):
     write_import_example(tmp_path)
     return tmp_path
-
-
-def test_the_example_is_in_equilibrium(punch):
-    """The contact alone holds the punch, so it carries what is applied; and only three motions are free."""
-    made = import_model(punch / "import.toml")
-    assert made.contact.names[0] == "1/1073"
-    np.testing.assert_array_equal(made.contact.normals, np.tile([0.0, 1.0], (9, 1)))
-    np.testing.assert_allclose(made.problem.x, np.linspace(1.0, 3.0, 9), rtol=1e-14)
-    assert made.condensation.zero_modes == 3
-    for load in made.loads:
-        np.testing.assert_allclose(load.contact, -load.applied, atol=1e-9 * np.abs(load.applied).max())
-    assert made.rigid_residual > 0.1  # the block is held
-
-
-def test_the_example_equals_the_same_bodies_in_scikit_fem(punch):
-    """κ = κ₁ − κ₁ (κ₁ + κ₂)⁻¹ κ₁ with each body condensed by itself."""
-    steel = Material(210e3, 0.3)
-    upper = ElasticBody(block_mesh(2.0, 1.0, 8, 4, origin=(1.0, 1.0)), steel)
-    lower = ElasticBody(block_mesh(4.0, 1.0, 16, 4), steel, supports=[Support("bottom")])
-    top = lower.normals_on("top")[0]
-    under = top[np.argsort(lower.positions(top)[:, 0])][4:13]
-    first = contact_condensation(upper, "bottom").stiffness
-    held = lower.held_rows()
-    second = condensed_stiffness(lower.stiffness, lower.dofs, under, [0, 1], fixed=held).stiffness
-    expected = first - first @ np.linalg.solve(first + second, first)
-    found = import_model(punch / "import.toml").condensation.stiffness
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        (
-            '"PUNCH_FOOT", "BLOCK',
-            '"PUNCH_TOP", "BLOCK',
-            "sets of equally many nodes, found 7 and 9, node .* farthest from a partner",
-        ),
-        ('"BLOCK_TOP"]', '"PUNCH_FOOT"]', "every node once"),
-        ('[["PUNCH_TOP", 1, 10.0]]', '[["PUNCH_TOP", 1, 10.0], [40, 1, 1.0]]', r"found \(40, 1\) twice"),
-        ('[model]\nfile = "punch.inp"', "", "or \\[model\\] with a deck that names sets"),
-        (
-            "harmonics = [{ order = 1, sin",
-            "harmonics = [{ order = 1.0, sin",
-            "key 'order': expected a whole number",
-        ),
-    ],
-)
-def test_one_thing_wrong_in_the_example_is_named(punch, old, new, message):
-    with pytest.raises(ProblemError, match=message):
-        import_model(changed(punch, (old, new)))
 
 
 def test_a_gap_and_an_interference(punch):
@@ -197,34 +145,6 @@ def test_reactions_of_two_bodies_must_say_how_they_were_held(tmp_path):
         with pytest.raises(ProblemError, match="bodies"):
             import_problem(path)
         two_bodies(tmp_path, "csv")
-
-
-RELATIVE = """*NODE
-1, 0., 0.
-2, 0., 0.
-9, 5., 5.
-*ELEMENT, TYPE=CPE3, ELSET=E
-1, 1, 2, 9
-*EQUATION
-3
-1, 1, 1., 2, 1, -1., 9, 1, -1.
-3
-1, 2, 1., 2, 2, -1., 9, 2, -1.
-"""
-
-
-def test_equations_of_a_deck_are_no_doubt(tmp_path):
-    """Reference nodes that move as the difference of two others are contact nodes like any."""
-    dofs, K = [(9, 1), (9, 2)], writers.symmetric_matrix(2)
-    (tmp_path / "k").write_text(writers.abaqus_matrix(K, dofs))
-    (tmp_path / "job.inp").write_text(RELATIVE)
-    (tmp_path / "c.toml").write_text(
-        'friction = 0.3\n[model]\nfile = "job.inp"\n[stiffness]\nfile = "k"\n'
-        "[contact]\nnodes = [9]\nnormal = [0, 1]\n[[load]]\nreactions = [[0, 1]]\nhistory = [1, 0.5]\n"
-    )
-    made = import_model(tmp_path / "c.toml")
-    assert made.warnings == ()
-    np.testing.assert_allclose(made.problem.kappa, K)
 
 
 def sampled(folder, text, steps=4, **words):

@@ -66,21 +66,14 @@ def configured(folder, stiffness, tail=TAIL, **files):
     return write(folder, c__toml=f"{HEAD}[stiffness]\n{stiffness}\n{tail}", **files)
 
 
+STORED, ROWS = writers.calculix_storage(K, DOFS), writers.dof_map(DOFS)
 ROUTES = {
     "abaqus": ('file = "k"', {"k": writers.abaqus_matrix(K, DOFS)}, 1e-14),
     "substructure": ('file = "k"', {"k": writers.abaqus_substructure(K, DOFS)}, 1e-12),
-    "sti": (
-        'file = "k.sti"',
-        dict(zip(("k__sti", "k__dof"), writers.calculix_storage(K, DOFS), strict=True)),
-        1e-12,
-    ),
-    "matrix market": (
-        'file = "k"\nmap = "rows"',
-        {"k": writers.matrix_market(K), "rows": writers.dof_map(DOFS)},
-        1e-15,
-    ),
+    "sti": ('file = "k.sti"', {"k__sti": STORED[0], "k__dof": STORED[1]}, 1e-12),
+    "matrix market": ('file = "k"\nmap = "rows"', {"k": writers.matrix_market(K), "rows": ROWS}, 1e-15),
     "dmig": ('file = "k"\nmatrix = "KAAX"', {"k": writers.nastran_dmig(K, DOFS)}, 1e-8),
-    "op4": ('file = "k"\nmap = "rows"', {"k": writers.nastran_op4(K), "rows": writers.dof_map(DOFS)}, 1e-15),
+    "op4": ('file = "k"\nmap = "rows"', {"k": writers.nastran_op4(K), "rows": ROWS}, 1e-15),
     "scaled": ('file = "k"\nscale = 0.5', {"k": writers.abaqus_matrix(2 * K, DOFS)}, 1e-14),
 }
 
@@ -127,28 +120,6 @@ def test_every_way_to_say_a_load_is_the_same_load(tmp_path, old, new):
         np.testing.assert_allclose(getattr(found.problem, key), expected, atol=1e-12)
 
 
-@pytest.mark.parametrize("kind", ["abaqus", "sti", "dmig"])
-def test_a_matrix_that_was_cut_off_is_refused(tmp_path, kind):
-    """Of formats that do not say how many entries they have; whole lines are missing at the end."""
-    texts = {
-        "abaqus": ("k", writers.abaqus_matrix(K, DOFS)),
-        "sti": ("k.sti", writers.calculix_storage(K, DOFS)[0]),
-        "dmig": ("k", writers.nastran_dmig(K, DOFS)),
-    }
-    name, text = texts[kind]
-    lines = text.splitlines(keepends=True)
-    (tmp_path / "k.dof").write_text(writers.calculix_storage(K, DOFS)[1])
-    (tmp_path / name).write_text(text)
-    path = configured(tmp_path, f'file = "{name}"')
-    import_model(path)
-    (tmp_path / name).write_text("".join(lines[: int(0.97 * len(lines))]))
-    with pytest.raises(
-        ProblemError,
-        match=r"on the diagonal of every row, found none .* is the file cut off|expected a row for",
-    ):
-        import_model(path)
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -158,17 +129,9 @@ def test_a_matrix_that_was_cut_off_is_refused(tmp_path, kind):
         ("normal = [0.0, 1.0]", "normal = [0.0, 1.0]\naxes = [1, 1]", "two of 1, 2, 3"),
         ("normal = [0.0, 1.0]", "normals = [[0.0, 1.0], [0.0, 1.0, 0.0]]", "a list of n x 2 numbers"),
         ("normal = [0.0, 1.0]", "normal = [0, 1]\nsurface = 'S'", "found 'normal' and 'surface'"),
-        (
-            "fixed = [[31, 1], [31, 2]]",
-            "fixed = [[31, 7]]",
-            "key 'fixed': expected a row for direction 7 of node 31",
-        ),
+        ("[[31, 1], [31, 2]]", "[[31, 7]]", "key 'fixed': expected a row for direction 7 of node 31"),
         ("[21, 1, 3.0]", "[99, 1, 3.0]", "key 'forces': expected a row for direction 1 of node 99"),
-        (
-            "[21, 1, 3.0]",
-            "[21, 1, 1e308]",
-            r"c.toml: load \d: force: expected numbers below 1e\+150, found 1e\+308",
-        ),
+        ("[21, 1, 3.0]", "[21, 1, 1e308]", r"load \d: force: expected numbers below 1e\+150, found 1e"),
         ('file = "k"', 'file = "k"\nscale = -1', "'scale': expected a number > 0, found -1"),
         ("[stiffness]", "[stifness]", "expected the key 'stiffness' .*, found the unknown key 'stifness'"),
         ("[[load]]", "[load]", "key 'load': expected a list of tables"),
@@ -190,11 +153,7 @@ def test_one_thing_wrong_in_the_configuration_is_named(tmp_path, old, new, messa
     [
         ("step = 2 }", "step = 3 }", "key 'step': expected 1 to 2, found 3"),
         ("[5, 2, ", "[4, 2, ", r"expected every \(node, direction\) once, found \(4, 2\) twice"),
-        (
-            '"check.dat"',
-            '"stiffness.dat"',
-            "a run of its own, found the file that the stiffness was made from",
-        ),
+        ('"check.dat"', '"stiffness.dat"', "a run of its own, found the file that the stiffness was"),
         ('"check.dat" }', '"check.dat", scale = -1.0 }', r"factor -1 \(wrong sign\)"),
         ("[5, 2, 0", "[50, 2, 0", "found node 50, direction 2"),
     ],

@@ -5,10 +5,9 @@ import json
 import numpy as np
 import pytest
 from command import run
-from meshed_apart import LOADS, STEEL, bricks, write
+from meshed_apart import LOADS, bricks, write
 
 from shakedown import ProblemError, import_model, load_problem
-from shakedown.fem import ElasticBody, Support, block_mesh
 from shakedown.plot import patch_count
 from shakedown.plot.patch_places import places_of
 
@@ -88,23 +87,6 @@ def test_the_check_and_the_pictures_say_the_names(folder, tmp_path):
     assert {places_of(problem, k).name for k in range(patch_count(problem))} == {"left", "right"}
 
 
-def test_patches_in_the_plane_lie_beside_each_other(tmp_path):
-    upper = ElasticBody(block_mesh(2.0, 1.0, 5, 2, origin=(0.0, 1.0)), STEEL)
-    lower = ElasticBody(block_mesh(2.0, 1.0, 5, 2), STEEL, supports=[Support("bottom")])
-    feet = {"LEFT": lambda place: place[:, 0] < 0.5, "RIGHT": lambda place: place[:, 0] > 1.5}
-    write(tmp_path, upper, lower, feet)
-    loads = LOADS.replace('["TOP", 3, ', '["TOP", 2, ').replace(', ["TOP", 2, 1.0]', "")
-    path = configuration(tmp_path, *BOTH, loads=loads)
-    problem = import_model(path).problem
-    np.testing.assert_allclose(problem.x, [0.0, 0.4, 1.6, 2.0])
-    np.testing.assert_array_equal(problem.f, [0.4, 0.4, 0.2, 0.2])
-    turned = RIGHT.replace('"UPPER_RIGHT", "LOWER_RIGHT"', '"LOWER_RIGHT", "UPPER_RIGHT"')
-    x = import_model(configuration(tmp_path, LEFT, turned, loads=loads)).problem.x
-    assert (
-        np.diff(np.sort(x)).min() > 0.3
-    )  # no two nodes at one place, though their tangents lead opposite ways
-
-
 @pytest.mark.parametrize(
     ("patches", "said"),
     [
@@ -126,10 +108,3 @@ def test_what_cannot_be_meant_is_refused(folder, patches, said):
         import_model(configuration(folder, *patches, name="refused.toml"))
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
-
-
-def test_friction_is_missing_where_a_patch_has_none(folder):
-    with pytest.raises(ProblemError, match="expected the key 'friction'"):
-        import_model(configuration(folder, *BOTH, friction="", name="refused.toml"))
-    own = import_model(configuration(folder, LEFT + "\nfriction = 0.4", RIGHT, friction="", name="own.toml"))
-    np.testing.assert_array_equal(own.problem.f, np.repeat([0.4, 0.2], 6))

@@ -49,29 +49,6 @@ def test_two_blocks_come_without_hand_work(made):
         np.testing.assert_allclose(load.contact, -load.applied, atol=1e-9 * np.abs(load.applied).max())
 
 
-def test_the_matrices_are_those_of_the_whole_model(made):
-    """κ of both blocks, held apart by unit displacements of the whole model."""
-    K, dofs = solids.stiffness(solids.places())
-    sets = solids.node_sets()
-    one, two = (
-        np.array(
-            [np.flatnonzero((dofs == (node, d)).all(axis=1))[0] for node in sets[name] for d in (1, 2, 3)]
-        )
-        for name in ("UPPER_FOOT", "LOWER_TOP")
-    )
-    inside = np.setdiff1d(np.arange(len(K)), one)
-    follow = np.zeros((len(K), len(inside)))
-    follow[inside, np.arange(len(inside))] = 1.0
-    follow[one, np.searchsorted(inside, two)] = 1.0
-    free = follow.T @ K @ follow
-    coupling = follow.T @ K[:, one]
-    expected = K[np.ix_(one, one)] - coupling.T @ np.linalg.solve(free, coupling)
-    order = np.r_[np.setdiff1d(np.arange(36), np.arange(2, 36, 3)), np.arange(2, 36, 3)]
-    np.testing.assert_allclose(
-        made.condensation.stiffness, expected[np.ix_(order, order)], atol=1e-8 * np.abs(expected).max()
-    )
-
-
 def turned(vector):
     """x → z, y → x, z → y: the interface then has the normal y."""
     return np.asarray(vector)[..., [1, 2, 0]]
@@ -111,20 +88,6 @@ def test_a_plane_is_taken_where_it_is_said_or_held(folder):
         ProblemError, match=r"expected 2 numbers, along directions 1 and 2, .* or directions = 2"
     ):
         import_model(configuration(folder, f"{PAIRS}\ndirections = 1\nnormal = [0, 0, 1]"))
-
-
-def test_tangents_change_the_components_only(made, folder):
-    rng = np.random.default_rng(0)
-    towards = rng.normal(size=(12, 3)).round(3)
-    labels = [[int(a), int(b)] for a, b in (name.split("/") for name in made.contact.names)]
-    listed = f"pairs = {labels}\ntangents = {towards.tolist()}"
-    for contact in (f"{PAIRS}\ntangent = [1, 1, 0]", listed):
-        other = import_model(configuration(folder, contact)).problem
-        T = np.einsum("nij,nkj->nik", other.tangents, made.problem.tangents)
-        v = rng.normal(size=(12, 2))
-        there = np.einsum("nij,nj->ni", T, v).ravel()
-        np.testing.assert_allclose(there @ other.A @ there, v.ravel() @ made.problem.A @ v.ravel(), rtol=1e-9)
-        np.testing.assert_allclose(other.B @ there, made.problem.B @ v.ravel(), atol=1e-6)
 
 
 TRANSFORMS = """*TRANSFORM, NSET=UPPER_FOOT, TYPE=C

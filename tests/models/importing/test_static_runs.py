@@ -11,7 +11,6 @@ from shakedown import ProblemError, import_model
 THERMAL = 'thermal = { file = "held.dat", step = 1 }'
 CLAMPED = 'reactions = { file = "clamped.dat", step = 1, bodies = "clamped" }'
 OPEN = 'open = { file = "open.dat", step = 1 }'
-LOADED = [[15, 2, -900.0], [16, 1, 500.0]]
 DENSITY, GRAVITY = 7.85e-9, 9.81e9
 
 
@@ -46,16 +45,6 @@ def test_every_way_from_a_temperature_leads_to_the_same_reactions(heat, line, di
     largest = np.abs(expected).max()
     assert largest > 50
     np.testing.assert_allclose(found, expected, rtol=0, atol=digits * largest)
-
-
-@pytest.mark.parametrize(("file", "digits"), [("open.dat", 1e-5), ("clamped.dat", 2e-6)])
-def test_steps_are_combined_with_factors(heat, file, digits):
-    """Step 2 less step 1 is the load at the top alone, which CalculiX adds to the heat."""
-    key, bodies = ("open", "") if file == "open.dat" else ("reactions", ', bodies = "clamped"')
-    line = f'{key} = {{ file = "{file}", steps = [[2, 1.0], [1, -1.0]]{bodies} }}'
-    found = welded(made(heat, (THERMAL, line)))
-    expected = welded(made(heat, (THERMAL, f"forces = {LOADED}")))
-    np.testing.assert_allclose(found, expected, rtol=0, atol=digits * np.abs(expected).max())
 
 
 def test_a_load_case_is_refused_where_its_file_is_not_what_the_key_says(heat):

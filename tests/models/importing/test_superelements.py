@@ -6,7 +6,7 @@ import writers
 
 from shakedown import ProblemError, import_model
 from shakedown.models.readers.formats import read_stiffness
-from shakedown.models.readers.nastran import read_analysis_set, read_nastran_dmig, read_op4_entries
+from shakedown.models.readers.nastran import read_nastran_dmig
 
 DOFS = {101: [(n, d) for n in (3, 9) for d in (1, 2)], 102: [(n, d) for n in (9, 5, 3) for d in (1, 2)]}
 PUNCH = {
@@ -90,32 +90,10 @@ def test_which_one_must_be_said(folder, files, more, message):
         imported(folder, *files, more)
 
 
-def test_points_are_connected_to_the_superelement_that_is_named(tmp_path):
-    """An .asm file has no sections: its SECONCT cards say whose points they are."""
-    card = "SECONCT      {}       0              NO\n               3       3{}\n"
-    grids = "GRID,3,,0.,0.,0.\nGRID,9,,1.,0.,0.\n"
-    (tmp_path / "both.asm").write_text(grids + card.format(101, "") + card.format(102, "       9       9"))
-    assert len(read_analysis_set(tmp_path / "both.asm", 101)) == 6
-    assert len(read_analysis_set(tmp_path / "both.asm", 102)) == 12
-    with pytest.raises(ProblemError, match=r"'superelement' \(one of 101, 102\)"):
-        read_analysis_set(tmp_path / "both.asm")
-
-
 def test_two_matrices_of_one_name_without_sections_are_refused(tmp_path):
     (tmp_path / "k.pch").write_text(2 * writers.nastran_dmig(K[101], DOFS[101]))
     with pytest.raises(ProblemError, match="one DMIG header card of KAAX, and entries, found 2 of"):
         read_nastran_dmig(tmp_path / "k.pch")
-
-
-def test_binary_files_keep_the_places_of_a_name(folder):
-    from shakedown.models.readers.nastran import pyyeti_module
-
-    path = folder / "binary.op4"
-    matrices = [K[101], np.arange(6.0).reshape(3, 2), K[102]]
-    pyyeti_module("op4", "the test").OP4().write(path.as_posix(), ["kxx", "px", "kxx"], matrices)
-    np.testing.assert_array_equal(read_op4_entries(path, "KXX(1)").toarray(), K[101])
-    np.testing.assert_array_equal(read_op4_entries(path, "KXX(2)").toarray(), K[102])
-    np.testing.assert_array_equal(read_op4_entries(path, "PX(1)").toarray(), matrices[1])
 
 
 MODES = """friction = 0.3

@@ -55,12 +55,3 @@ def test_an_archive_of_ansys_gives_the_normals_and_areas_of_the_deck(example, tm
     made = import_problem(example)
     for key in ("A", "B", "C", "q_w", "p_w", "normal", "node_area", "coordinates"):
         np.testing.assert_array_equal(getattr(made, key), getattr(of_deck, key))
-
-
-def test_a_thickness_multiplies_the_areas(example):
-    text = example.read_text()
-    example.write_text(text.replace("[contact]", "[contact]\nthickness = 2.5"))
-    assert import_problem(example).node_area[1] == pytest.approx(2.5 * 0.25)
-    example.write_text(text.replace("[contact]", "[contact]\nthickness = 0"))
-    with pytest.raises(shakedown.ProblemError, match=r"key 'thickness': expected a number > 0 .*, found 0"):
-        import_problem(example)

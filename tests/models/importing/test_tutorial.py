@@ -79,7 +79,7 @@ def printed(folder, digits, scale, more=""):
     return folder / "import.toml"
 
 
-@pytest.mark.parametrize(("digits", "scale"), [(10, 1 / 3), (8, 0.7), (6, 1 / 3), (6, 1.0)])
+@pytest.mark.parametrize(("digits", "scale"), [(8, 0.7), (6, 1 / 3)])
 def test_a_floating_body_keeps_its_rigid_motions_in_few_digits(tmp_path, digits, scale):
     """Of its own rounding the printed matrix resists them; the limits would be others, or refused."""
     whole = shakedown.import_model(EXAMPLE / "import.toml").problem

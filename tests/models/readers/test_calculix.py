@@ -11,7 +11,6 @@ from model_files import BLOCK
 import shakedown
 from shakedown.fem import ElasticBody, Material, Support, block_mesh, contact_condensation
 from shakedown.models.condensation.condense import condensed_stiffness
-from shakedown.models.condensation.stiffness_checks import uncoupled
 from shakedown.models.importing.import_model import import_problem
 from shakedown.models.readers.formats import read_stiffness
 
@@ -86,9 +85,3 @@ def test_a_substructure_is_taken_where_that_is_accepted(tmp_path):
     assert "found 56 of 81 node pairs" in said
     config.write_text(f'accept = ["{words}"]\n{about}{contact}')
     assert shakedown.import_model(config).warnings == ()
-
-
-def test_what_calculix_writes_as_a_substructure_is_refused():
-    found = read_stiffness(BLOCK / "substructure.mtx")
-    assert found.superelement
-    assert "found 56 of 81 node pairs of one body without coupling" in uncoupled(found.K, found.dofs[:, 0])

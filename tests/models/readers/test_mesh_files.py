@@ -3,9 +3,9 @@
 import meshlane
 import numpy as np
 import pytest
-from scipy.io import mmwrite
+import writers
 
-from shakedown import ProblemError, import_model
+from shakedown import ProblemError
 from shakedown.fem import ElasticBody, Material, brick_mesh, contact_condensation, read_mesh
 from shakedown.models.readers.formats import read_any_mesh
 from shakedown.models.readers.mesh import CORNERS, EDGES
@@ -86,17 +86,6 @@ def test_a_binary_gmsh_file_with_other_numbers_is_refused(tmp_path):
         read_any_mesh(path)
 
 
-def test_groups_that_differ_in_their_case_alone_are_refused(tmp_path):
-    """Sets are called in any case: one of the two would stand for both."""
-    blocks = [("hexahedron", hexahedra())]
-    points = {"ends": np.array([0]), "Ends": np.array([1])}
-    meshlane.Mesh(BRICK.p.T, blocks, point_sets=points).write(tmp_path / "brick.med")
-    with pytest.raises(
-        ProblemError, match=r"brick.med.*groups: expected names unlike in any case, found 'Ends'"
-    ):
-        read_any_mesh(tmp_path / "brick.med")
-
-
 @pytest.mark.parametrize("suffix", ["med", "msh", "vtu"])
 def test_groups_are_sets_surfaces_and_boundaries(tmp_path, suffix):
     """Whatever the file is called."""
@@ -113,52 +102,6 @@ def test_groups_are_sets_surfaces_and_boundaries(tmp_path, suffix):
     found = contact_condensation(body, "foot").stiffness
     same = contact_condensation(ElasticBody(BRICK, STEEL), "bottom").stiffness
     np.testing.assert_allclose(found, same, atol=1e-9 * np.abs(same).max())
-
-
-def test_an_import_from_med_is_the_body_itself(tmp_path):
-    """As from Code_Aster: the matrix in Matrix Market with a map, the mesh with its groups in MED."""
-    body = ElasticBody(BRICK, STEEL)
-    grouped(tmp_path / "brick.med")
-    nodes = (body.normals_on("bottom")[0] + 1).tolist()
-    mmwrite(tmp_path / "k.mtx", body.stiffness, precision=16)
-    np.savetxt(tmp_path / "map.txt", body.dofs + np.array([1, 0]), fmt="%d")
-    (tmp_path / "c.toml").write_text(
-        'friction = 0.4\n[model]\nfile = "brick.med"\n[stiffness]\nfile = "k.mtx"\nmap = "map.txt"\n'
-        f"[contact]\nnodes = {nodes}\ndirections = 2\n"
-        '[[load]]\nforces = [["ends", 1, 1.0], ["ends", 3, -1.0]]\nhistory = [0, 1, 0, -1]\n'
-    )
-    made = import_model(tmp_path / "c.toml")
-    found, same = made.problem, contact_condensation(body, "bottom")
-    np.testing.assert_allclose(found.A, same.A, atol=1e-9 * np.abs(same.A).max())
-    np.testing.assert_allclose(found.C, same.C, atol=1e-9 * np.abs(same.C).max())
-    edge = body.surface("bottom")
-    area = dict(zip(edge.labels.tolist(), edge.node_areas().tolist(), strict=True))
-    expected = [area[node] for node in body.normals_on("bottom")[0].tolist()]
-    np.testing.assert_allclose(found.node_area, expected, atol=1e-12)
-
-
-def universal(cells, groups):
-    """UNV of elements (descriptor, nodes) with the midside nodes of a unit element where the format has them."""
-    lines = ["    -1", "  2412"]
-    for label, (kind, nodes) in enumerate(cells, start=1):
-        lines.append("".join(f"{v:10d}" for v in (label, kind, 1, 1, 7, len(nodes))))
-        lines += ["".join(f"{v:10d}" for v in nodes[k : k + 8]) for k in range(0, len(nodes), 8)]
-    lines += ["    -1", "    -1", "  2467"]
-    for k, (name, code, members) in enumerate(groups, start=1):
-        lines += ["".join(f"{v:10d}" for v in (k, 0, 0, 0, 0, 0, 0, len(members))), name]
-        flat = [v for member in members for v in (code, member, 0, 0)]
-        lines += ["".join(f"{v:10d}" for v in flat[j : j + 8]) for j in range(0, len(flat), 8)]
-    return [*lines, "    -1"]
-
-
-def nodes_of(points, labels):
-    lines = ["    -1", "  2411"]
-    for label, place in zip(labels, points, strict=True):
-        lines += [
-            f"{label:10d}{1:10d}{1:10d}{11:10d}",
-            "".join(f"{x:25.16E}" for x in place).replace("E", "D"),
-        ]
-    return [*lines, "    -1"]
 
 
 CORNERS_OF = {
@@ -183,8 +126,7 @@ def test_elements_of_second_order_in_unv(tmp_path, kind, shape, ring, pillars):
     top = points[ring:] if pillars == "points" else around(ring)
     ups = (points[:ring] + (points[ring:] if pillars == "ring" else points[ring])) / 2
     places, labels = np.vstack([around(0), ups, top]), np.arange(11, 11 + CORNERS[shape] + len(EDGES[shape]))
-    text = nodes_of(places, labels) + universal([(kind, labels.tolist())], [])
-    (tmp_path / "m.unv").write_text("\n".join([*text, ""]))
+    (tmp_path / "m.unv").write_text(writers.universal(places, labels, [(kind, labels.tolist())]))
     mesh = read_universal(tmp_path / "m.unv")
     found, own = mesh.elements[1]
     assert found == shape
@@ -201,9 +143,8 @@ def unv(tmp_path):
         *((94, [n + 1 for n in own]) for own in foot),
     ]
     groups = [("steel", 8, [1, 2]), ("foot", 8, list(range(3, 3 + len(foot)))), ("ends", 7, [1, 2])]
-    text = nodes_of(BRICK.p.T, range(1, BRICK.nvertices + 1)) + universal(cells, groups)
     path = tmp_path / "brick.unv"
-    path.write_text("\n".join([*text, ""]))
+    path.write_text(writers.universal(BRICK.p.T, range(1, BRICK.nvertices + 1), cells, groups))
     return path
 
 

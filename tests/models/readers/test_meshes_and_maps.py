@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 import writers
-from scipy.io import hb_read, hb_write
-from scipy.sparse import csc_array
 
 from shakedown import ProblemError
 from shakedown.models.readers.abaqus import read_substructure_load
@@ -59,16 +57,6 @@ def deck(tmp_path, text):
     path = tmp_path / "job.inp"
     path.write_text(text)
     return read_deck(path)
-
-
-def test_a_deck_gives_nodes_sets_and_surfaces(tmp_path):
-    mesh = deck(tmp_path, BRICKS)
-    assert mesh.labels.tolist() == list(range(1, 13))
-    assert mesh.at([7]).tolist() == [[11.0, 1.0, 1.0]]  # the instance is moved
-    assert mesh.nodes("Base").tolist() == [1, 2, 3, 4]
-    assert mesh.nodes("ENDS").tolist() == [1, 2, 3, 4, 9, 10, 11, 12]
-    assert sorted(mesh.nodes("front").tolist()) == [1, 2, 5, 6, 9, 10]
-    assert mesh.elements[1] == ("hexahedron", (1, 2, 3, 4, 5, 6, 7, 8))
 
 
 def test_normals_point_into_the_body(tmp_path):
@@ -243,12 +231,6 @@ def test_an_instance_is_moved_with_its_nodes(tmp_path, moved, shift):
         assert mesh.at([1, 90]).tolist() == [shift, [1.0, 1.0, 1.0]]
 
 
-def test_included_lines_stand_in_their_place(tmp_path):
-    (tmp_path / "more.inc").write_text("2, 1., 0.\n*NSET, NSET=BOTH\n1\n")
-    mesh = deck(tmp_path, "*NODE\n1, 0., 0.\n*INCLUDE, INPUT=more.inc\n2\n")
-    assert mesh.nodes("BOTH").tolist() == [1, 2]
-
-
 def test_files_that_include_each_other_many_times_are_refused(tmp_path):
     for k in range(8):
         (tmp_path / f"f{k}.inp").write_text(f"*INCLUDE, INPUT=f{k + 1}.inp\n" * 5)
@@ -396,6 +378,15 @@ def test_every_kind_of_row_map_says_the_same(tmp_path, kind):
     assert read_row_map(path, 4).tolist() == [[11, 1], [11, 2], [7, 1], [7, 2]]
 
 
+@pytest.mark.parametrize(("size", "each"), [(2, 1), (6, 3), (12, 6)])
+def test_nodes_alone_have_equally_many_directions(tmp_path, size, each):
+    (tmp_path / "rows").write_text("11\n7\n")
+    expected = [[node, direction] for node in (11, 7) for direction in range(1, each + 1)]
+    assert read_row_map(tmp_path / "rows", size).tolist() == expected
+    with pytest.raises(ProblemError, match="equally many directions each, found 2 nodes"):
+        read_row_map(tmp_path / "rows", 14)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -466,26 +457,6 @@ DOFS = np.array([(1, 1), (1, 2), (2, 1), (2, 2), (3, 1)])
 K = writers.symmetric_matrix(5)
 
 
-def harwell(K, kind, stored):
-    """By the definition of the format: pointers, rows, values, in fixed fields that may touch."""
-    columns = [[(i, K[i, j]) for i in range(5) if stored(i, j)] for j in range(5)]
-    pointers = np.cumsum([1, *map(len, columns)])
-    rows, values = zip(*[pair for column in columns for pair in column], strict=True)
-    lay = [(pointers, "{:5d}", 16), ([r + 1 for r in rows], "{:5d}", 16), (values, "{:22.15E}", 3)]
-    parts = [[f.format(v) for v in data] for data, f, _ in lay]
-    blocks = [
-        ["".join(own[k : k + n]) for k in range(0, len(own), n)]
-        for own, (_, _, n) in zip(parts, lay, strict=True)
-    ]
-    counts = [sum(map(len, blocks)), *map(len, blocks), 0]
-    head = ["stiffness".ljust(72) + "key", "".join(f"{c:14d}" for c in counts)]
-    head += [
-        f"{kind}           {5:14d}{5:14d}{len(values):14d}{0:14d}",
-        f"{'(16I5)':16s}{'(16I5)':16s}{'(1P,3E22.15)':20s}",
-    ]
-    return "\n".join([*head, *(line for block in blocks for line in block), ""])
-
-
 @pytest.mark.parametrize(
     ("kind", "stored"),
     [
@@ -496,19 +467,10 @@ def harwell(K, kind, stored):
     ],
 )
 def test_harwell_boeing_comes_back(tmp_path, kind, stored):
-    (tmp_path / "k.matrix").write_text(harwell(K, kind, stored))
+    (tmp_path / "k.matrix").write_text(writers.harwell_boeing(K, kind, stored))
     found = read_stiffness(tmp_path / "k.matrix", dof_map=DOFS)
     assert found.format == "Harwell-Boeing"
     np.testing.assert_allclose(found.K.toarray(), K, rtol=1e-15)
-
-
-@pytest.mark.filterwarnings(
-    "ignore:text or binary mode:DeprecationWarning", "ignore:string or file:DeprecationWarning"
-)
-def test_harwell_boeing_equals_scipy_s_reading(tmp_path):
-    hb_write(tmp_path / "k.matrix", csc_array(K))
-    found = read_harwell_boeing(tmp_path / "k.matrix", DOFS)
-    np.testing.assert_array_equal(found.K.toarray(), hb_read(tmp_path / "k.matrix", spmatrix=False).toarray())
 
 
 @pytest.mark.parametrize(
@@ -521,7 +483,7 @@ def test_harwell_boeing_equals_scipy_s_reading(tmp_path):
     ],
 )
 def test_one_thing_wrong_in_harwell_boeing_is_named(tmp_path, old, new, message):
-    text = harwell(K, "RSA", lambda i, j: i >= j)
+    text = writers.harwell_boeing(K)
     assert old in text
     (tmp_path / "k.matrix").write_text(text.replace(old, new, 1))
     with pytest.raises(ProblemError, match=message):

@@ -6,7 +6,7 @@ import writers
 from model_files import HEAT
 
 from shakedown import ProblemError
-from shakedown.models.readers.nodal_vectors import combined, read_nodal_vectors
+from shakedown.models.readers.nodal_vectors import read_nodal_vectors
 
 NODES = [7, 1042, 12345678]
 STEPS = [(NODES, -np.arange(9.0).reshape(3, 3) / 7), (NODES, 1e-30 + np.arange(9.0).reshape(3, 3) * 1e5)]
@@ -41,17 +41,6 @@ def test_every_file_has_the_same_displacements(tmp_path, kind):
         assert (np.abs(step.vectors - vectors) <= digits * np.abs(step.vectors)).all()
 
 
-def test_a_result_file_has_reactions_apart_from_displacements(tmp_path):
-    first = writers.calculix_frd(STEPS[:1], ("DISP",))
-    (one,) = read_nodal_vectors(write(tmp_path, first), "displacements")
-    with pytest.raises(
-        ProblemError, match=r"job: expected reactions \(\*NODE FILE, RF\), found no block FORC"
-    ):
-        read_nodal_vectors(tmp_path / "job")
-    (other,) = read_nodal_vectors(write(tmp_path, writers.calculix_frd(STEPS[:1], ("FORC",))))
-    np.testing.assert_array_equal(one.vectors, other.vectors)
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -66,28 +55,6 @@ def test_a_damaged_result_file_is_refused(tmp_path, old, new, message):
     assert old in text
     with pytest.raises(ProblemError, match=message):
         read_nodal_vectors(write(tmp_path, text.replace(old, new)))
-
-
-def test_steps_are_added_by_node_and_not_by_place(tmp_path):
-    turned = [STEPS[0], (NODES[::-1], STEPS[1][1][::-1])]
-    runs = read_nodal_vectors(write(tmp_path, writers.calculix_displacements(turned)), "displacements")
-    total = combined(runs, [2.0, -0.5])
-    np.testing.assert_allclose(total.vectors, 2 * STEPS[0][1] - 0.5 * STEPS[1][1], rtol=2e-6)
-    fewer = [STEPS[0], (NODES[:2], STEPS[1][1][:2])]
-    runs = read_nodal_vectors(write(tmp_path, writers.calculix_displacements(fewer)), "displacements")
-    with pytest.raises(
-        ProblemError, match="displacements at time 2: expected node 12345678, found it not printed"
-    ):
-        combined(runs, [1.0, 1.0])
-
-
-def test_a_result_file_has_the_displacements_of_the_printed_ones():
-    """CalculiX wrote both in one run; a binary one (*NODE OUTPUT) is refused."""
-    printed, text = (read_nodal_vectors(HEAT / file, "displacements") for file in ("open.dat", "open.frd"))
-    assert [step.time for step in text] == [1.0, 2.0, 3.0]
-    for one, two in zip(text, printed, strict=True):
-        rows = np.searchsorted(one.nodes, two.nodes)
-        np.testing.assert_allclose(one.vectors[rows], two.vectors, rtol=5.1e-6)
 
 
 def test_a_binary_result_file_is_refused(tmp_path):

@@ -1,6 +1,5 @@
 """Sweeps: every point is what the functions of the library say of that joint alone."""
 
-import csv
 import pickle
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -76,21 +75,6 @@ def test_regions_follow_from_the_limits(found):
         assert (found.outcomes[found.regions(0.2) == region, 0] == "shakedown").all()
 
 
-def test_what_is_proved_from_this_state_is_the_larger_of_ball_and_total_slip():
-    joint, names = shakedown.example("two-node"), ("energy", "accumulated", "upper")
-    found = shakedown.sweep(joint, {"f": [0.35, 0.7]}, bounds=names)
-    assert found.energy[0] < 0.7 < found.accumulated[0]
-    assert found.regions(0.7)[0] == Region.THIS_STATE
-    assert (found.from_this_state >= np.fmax(found.energy, found.accumulated)).all()
-    assert np.array_equal(found.from_this_state, found.boundaries.this)
-    alone = shakedown.sweep(joint, {"f": [0.35]}, bounds=("energy", "upper"))
-    assert alone.energy[0] < 0.7
-    assert alone.regions(0.7)[0] == Region.THIS_STATE
-    state = np.full(joint.n, 1e-3)
-    moved = shakedown.sweep(joint, {"f": [0.35]}, bounds=["accumulated"], initial_slip=state)
-    assert moved.accumulated[0] == shakedown.accumulated_bound(joint, state).load_factor
-
-
 @pytest.mark.parametrize("name", ["two-node", "block-9"])
 @pytest.mark.parametrize("asked", ["energy", "accumulated"])
 def test_proved_from_this_state_is_what_an_assessment_proves_whichever_bound_is_asked_for(name, asked):
@@ -113,19 +97,6 @@ def test_a_proof_that_cannot_be_right_is_a_contradiction():
     assert cycling.endswith("below λ_S = 0.75")
     assert not list(out_of_order(right, DEFAULT, closed=True))
     assert not list(cycles_below({"accumulated": right["accumulated"]}, history, DEFAULT))
-
-
-def test_two_parameters_span_a_grid_and_scaling_laws_hold_on_it():
-    amplitudes = [0.5, 1.0, 2.0]
-    grid = shakedown.sweep(
-        TWO, {"amplitude": amplitudes, "mean": [1.0, 2.0]}, bounds=["universal", "lower", "upper"]
-    )
-    assert grid.shape == (3, 2)
-    for limit in (grid.lower, grid.universal, grid.upper):
-        assert limit[:, 1] == pytest.approx(2 * limit[:, 0])
-        assert limit[:, 0] * amplitudes == pytest.approx(limit[1, 0])
-    assert np.isnan(grid.energy).all()
-    assert grid.bounds == ("universal", "lower", "upper")
 
 
 def test_processes_and_a_resumed_run_give_the_same(tmp_path):
@@ -167,16 +138,6 @@ def test_a_parameter_that_makes_no_joint_is_a_point_with_its_reason():
     assert len(found.points[4]["open_nodes"]) == 1  # pulled apart: λ_max is that of a zone, if of anything
     assert np.isnan(found.of_joint("upper")).tolist() == (np.isnan(found.upper) | found.in_zone).tolist()
     assert found.contradictions == ()
-
-
-def test_csv_has_every_digit_and_every_point(tmp_path, found):
-    found.save(tmp_path / "f.csv")
-    with open(tmp_path / "f.csv", newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    assert [float(row["f [1]"]) for row in rows] == FRICTIONS
-    assert [float(row["lambda_E [1]"]) for row in rows] == found.energy.tolist()
-    assert [row["guarantee"] for row in rows] == found.guarantee.tolist()
-    assert [row["outcome at lambda = 0.7"] for row in rows] == found.outcomes[:, 1].tolist()
 
 
 def test_frame_and_parquet(tmp_path, found):

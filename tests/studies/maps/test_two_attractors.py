@@ -29,19 +29,6 @@ def test_both_are_there(found):
 
 
 @pytest.mark.parametrize("which", [0, 1])
-def test_plain_simulation_ends_there_too(which):
-    evolution, dissipation = Evolution(JOINT, 1.0, JOINT.initial_slip[which]), []
-    for _ in range(150):
-        record = evolution.cycle()
-        assert record is not None
-        assert not record.opened.any()
-        assert not record.jumps
-        dissipation.append(record.dissipation)
-    assert dissipation[-1] == pytest.approx(DISSIPATIONS[which], abs=5e-7)
-    assert np.ptp(dissipation[-10:]) <= 1e-9
-
-
-@pytest.mark.parametrize("which", [0, 1])
 def test_both_are_stable_and_a_disturbance_shrinks_by_the_contraction(found, which):
     """Second method for the contraction: the slips of two neighbours, cycle by cycle."""
     cycle = sorted(found.limit_cycles, key=lambda cycle: cycle.dissipation)[which]

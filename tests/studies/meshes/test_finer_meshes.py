@@ -139,11 +139,11 @@ def loose_chain(n):
 
 
 def test_where_friction_alone_holds_creep_has_its_columns(tmp_path):
-    found = shakedown.refine(loose_chain, [3, 5, 9])
-    limits = [shakedown.creep_limit(loose_chain(n)) for n in (3, 5, 9)]
+    found = shakedown.refine(loose_chain, [3, 5])
+    limits = [shakedown.creep_limit(loose_chain(n)) for n in (3, 5)]
     assert found.numbers["creep"].tolist() == [limit.load_factor for limit in limits]
     assert found.numbers["creep_proved"].tolist() == [limit.proved for limit in limits]
-    rows = refinement_sheet(loose_chain(9), found).sections[0].tables[0].rows
+    rows = refinement_sheet(loose_chain(5), found).sections[0].tables[0].rows
     assert [row[0] for row in rows][-2:] == ["least seen to creep", "no creep below"]
     assert "creep proved: " + found.verdict["creep_proved"] in [
         line.get_label() for line in plot.refinement(found).lines
