@@ -18,10 +18,10 @@ computed ones. `python -m benchmarks.thesis` writes this page; do not edit it by
 III are those of the study `receding`, all others of `python -m benchmarks reaction_planes worked_examples`
 at fdca7323.
 
-Of each chapter, first the numbers that the thesis prints (0 where it prints "none"), then what has no
-printed number. "Difference" is the largest relative one; "same digits": every computed number rounds to the
-one printed. "Another block": [see below](#why-some-numbers-differ). The thesis numbers nodes from 1, the
-toolkit from 0; I, II, III, IV are the backward and forward limits of nodes 0 and 1.
+In each chapter the first table compares the numbers that the thesis prints (0 where it prints "none"); the
+second lists what has no printed number. "Difference" is the largest relative one; "same digits": every
+computed number rounds to the one printed. "Another block": [see below](#why-some-numbers-differ). The thesis
+numbers nodes from 1, the toolkit from 0; I, II, III, IV are the backward and forward limits of nodes 0 and 1.
 """
 TAIL = """## Why some numbers differ
 
@@ -29,9 +29,9 @@ TAIL = """## Why some numbers differ
   −3.11, and the dissipation 0.554 (`python -m benchmarks receding`). In the ninth cycle the outermost
   nodes of the inner slip region slip again in the last 2 % of the reloading.
 - **5.4: another block.** The thesis prints neither the angle of the plane nor the strip of the pressure,
-  nor matrices. λ_max is a limit with all nodes in contact: from slip zero our block comes to rest at λ_max,
-  and above it, with seven of its nine nodes open.
-- **Chapter VI.** The matrices (6.45) are printed with four digits, and the rest was computed from more: the
+  nor matrices. λ_max is a limit with all nodes in contact: from slip zero our block also comes to rest above
+  λ_max, with seven of its nine nodes open.
+- **Chapter VI.** The matrices (6.45) are printed with four digits; the thesis computed with more. So the
   discontinuity point differs in the fourth digit, the end state by 0.5 %. The smaller eigenvalue of H is a
   difference of large numbers, of which only two digits can agree.
 
@@ -59,12 +59,13 @@ TAIL = """## Why some numbers differ
 - Chapters III and V: plane strain and the meshes; in 5.4 the angle and the strip.
 - 5.3: fifty load steps. No other number from 8 to 2,000 gives all four printed load factors; in the limit
   they are 0.6572, 0.7389, 1.0520, 2.9297.
-- 6.4: the way to the discontinuity. Both nodes start stuck at q₁ = 2.6, which falls to the 2.5 of (6.48).
+- 6.4: the load path to the discontinuity. Both nodes start stuck at q₁ = 2.6, which falls to the 2.5 of
+  (6.48).
 - Appendix A: the stiffnesses and the loops. It prints drawings only, with F = −(q_w, p_w).
 - (4.14)–(4.17): L_j = [A_j; B_j], rows of node j, is inferred from the product.
 - 4.3.2: the wedged example is the two-node system with more friction.
 
-Figures 2.1, 4.1, 4.10–4.12, 6.1–6.4, A.1–A.3 and A.5, of which we know only the numbers, are not drawn.
+Figures 2.1, 4.1, 4.10–4.12, 6.1–6.4, A.1–A.3 and A.5 are not drawn: only their numbers are known to us.
 """
 
 

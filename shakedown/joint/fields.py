@@ -289,7 +289,7 @@ def check_unit_loads(arrays: dict[str, FloatArray]) -> None:
             own = np.flatnonzero(sign * np.diag(S) > NEGLIGIBLE * largest)
             sizes = np.sqrt(np.abs(np.diag(S)[own]))
             if not is_definite(sign * S[np.ix_(own, own)] / np.outer(sizes, sizes), -DEFAULT.printed_digits):
-                raise wrong_key("load_compliance", "energy stored by any loads", f"less than none in {own}")
+                raise wrong_key("load_compliance", "stored energy >= 0", f"less for some sums of loads {own}")
     frequency = arrays.get("load_frequency", np.ones(0))
     for j in np.flatnonzero(frequency <= 0):
         raise wrong_key("load_frequency", "frequencies > 0 or NaN", f"{frequency[j]:g} of load {j}")

@@ -103,7 +103,7 @@ LIES = {
     "a compliance that is none": ({"load_compliance": np.tri(4)}, "key 'load_compliance': expected a symmetric matrix"),
     "forces that store less than no energy": (
         {"load_compliance": np.eye(4) + 2.0 * (np.tri(4, 4, 1) * np.tri(4, 4, 1).T - np.eye(4))},
-        r"key 'load_compliance': expected energy stored by any loads, found less than none in \[0 1 2 3\]",
+        r"key 'load_compliance': expected stored energy >= 0, found less for some sums of loads \[0 1 2 3\]",
     ),
     "a frequency of zero": ({"load_frequency": [0.0, np.nan, 1.0, np.nan]}, "key 'load_frequency': expected frequencies > 0"),
 }  # fmt: skip

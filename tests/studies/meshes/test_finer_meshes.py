@@ -63,6 +63,15 @@ def test_elements_not_nodes_tell_the_order():
             assert trend_of_it.order == pytest.approx(power, rel=1e-6)
 
 
+@pytest.mark.parametrize(("order", "words"), [(0.52, "converges slowly"), (0.9, "converges")])
+def test_slow_convergence_is_called_slow(order, words):
+    """At order 0.52 an element half as large leaves 70 % of the error."""
+    numbers = dict.fromkeys(COLUMNS, np.full(3, np.nan)) | {"impossible_above": 3.0 + 0.2 * H[:3] ** order}
+    found = Refinement(1.0, None, None, H[:3], np.array([2, 3, 5]), 1, numbers, 1.0 / H[:3])
+    table = refinement_sheet(shakedown.example("block-9"), found).sections[0].tables[0]
+    assert [row[-3] for row in table.rows if row[0] == "impossible above"] == [words]
+
+
 def test_too_little_to_tell():
     assert trend(H[:2], np.array([1.0, 0.9])).verdict == "undecided"
     assert trend(H, np.array([1, 1, 1, np.inf, np.inf])).verdict == "undecided"
