@@ -16,6 +16,7 @@ from partly_open import SOME, partly_open
 import shakedown
 from benchmarks.problems import random_problem
 from shakedown import BOUNDS, Problem
+from shakedown.assessment.plan import plan_steps
 from shakedown.bounds.coupling import coupling
 from shakedown.bounds.onset import first_opening, first_slip
 from shakedown.motion.evolution import evolve
@@ -103,6 +104,13 @@ def assessment(problem: Problem) -> Answers:
     found = shakedown.assess(problem, problem.initial_slip[0])
     names = ("proved_from_every_state", "proved_from_this_state", "impossible_above")
     return Answers((found.verdict,), tuple(getattr(found, name) for name in names))
+
+
+def planned(problem: Problem) -> Answers:
+    """What a verification simulates at a load factor with an energy ball."""
+    limits = shakedown.assess(problem, problem.initial_slip[0]).details
+    (step,) = plan_steps(limits, [0.3], 1, 0)
+    return Answers(tuple((case.region, case.initial) for case in step()))
 
 
 def safe(problem: Problem) -> Answers:
@@ -208,6 +216,7 @@ BOUNDS_OF = (limits, assessment, safe, ball, onset)
 MOTIONS = (followed, stepped, state)
 QUESTIONS = [
     *((ask, "four nodes", law) for ask in (*BOUNDS_OF, critical, friction) for law in SAME_BOUNDS),
+    *((planned, "four nodes", law) for law in EXACT),
     *((ask, "floating", law) for ask in (limits, safe, ball) for law in SAME_EVOLUTION),
     *((zone, "partly open", law) for law in SAME_EVOLUTION),
     *((ask, "four nodes", law) for ask in MOTIONS for law in SAME_EVOLUTION),
