@@ -1,10 +1,10 @@
-"""Joints that friction alone holds: how they are drawn, and their bounds by HiGHS and in fractions.
+"""Joints that friction alone holds: how they are drawn, and their bounds by HiGHS.
 
 Random joints are made in fractions, with rigid slips that change exactly nothing, and then rounded: what
 the toolkit sees resists these slips by round-off. Elastic bodies on friction alone come from their meshes.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 
 import highspy
@@ -31,42 +31,8 @@ AGREES = 1e-8  # relative, with HiGHS
 LOAD_STEPS = 6
 
 
-@dataclass(frozen=True)
-class RationalJoint:
-    """A joint in fractions: A Z = 0 and B Z = 0 without any error."""
-
-    A: fmpq_mat
-    B: fmpq_mat
-    C: fmpq_mat
-    Z: np.ndarray
-    f: fmpq
-    q: np.ndarray
-    p: np.ndarray
-
-    @property
-    def rounded(self) -> Problem:
-        """As the toolkit gets it."""
-        A, B, C = (_floats(matrix) for matrix in (self.A, self.B, self.C))
-        return Problem(A=A, B=B, C=C, f=float(self.f.p) / float(self.f.q), q_w=self.q, p_w=self.p)
-
-    def rows(self) -> tuple[list[list[fmpq]], list[fmpq]]:
-        """[G | d] and g of the 2n extremal rows, exactly."""
-        n, f = self.A.nrows(), self.f
-        q, p = ([[fmpq(int(x)) for x in row] for row in part] for part in (self.q, self.p))
-        mean = [[sum((row[j] for row in part), fmpq(0)) / len(part) for j in range(n)] for part in (q, p)]
-        matrix, right = [], []
-        for j in range(n):
-            for side in (1, -1):
-                steps = [
-                    side * (a[j] - mean[0][j]) - f * (b[j] - mean[1][j]) for a, b in zip(q, p, strict=True)
-                ]
-                matrix.append([side * self.A[j, i] - f * self.B[j, i] for i in range(n)] + [max(steps)])
-                right.append(f * mean[1][j] - side * mean[0][j])
-        return matrix, right
-
-
-def rational_joint(seed: int, n: int, free: int) -> RationalJoint:
-    """A random joint with so many rigid slips, in fractions."""
+def rational_joint(seed: int, n: int, free: int) -> tuple[Problem, np.ndarray]:
+    """A random joint made in fractions, then rounded; its rigid slips, which change exactly nothing before."""
     rng = np.random.default_rng([seed, n, free])
     Z = rng.integers(-3, 4, (n, free))
     Z[:, 0] = 1 if rng.random() < 0.5 else np.where(Z[:, 0] == 0, 2, Z[:, 0])
@@ -84,7 +50,8 @@ def rational_joint(seed: int, n: int, free: int) -> RationalJoint:
     critical = float(np.min(own / np.maximum(coupled, 1e-9)))
     f = fmpq(max(int(64 * min(0.8, rng.uniform(0.2, 0.8) * critical)), 1), 64)
     q, p = rng.integers(-500, 501, (LOAD_STEPS, n)), 4000 + rng.integers(-400, 401, (LOAD_STEPS, n))
-    return RationalJoint(A, B, _exact(kappa[n:, n:]), Z, f, q.astype(float), p.astype(float))
+    blocks = {"A": _floats(A), "B": _floats(B), "C": kappa[n:, n:].astype(float)}
+    return Problem(**blocks, f=float(f.p) / float(f.q), q_w=q.astype(float), p_w=p.astype(float)), Z
 
 
 def _exact(array: np.ndarray) -> fmpq_mat:
@@ -145,8 +112,8 @@ class PinnedPrograms:
         matrix[:, -1] /= self.unit
         self.matrix, self.right = matrix, right / self.load
 
-    def solve(self, towards: float, reversed_node: int = -1) -> tuple[float, np.ndarray, list[int]]:
-        """Load factor (inf unbounded, NaN infeasible), slips, and the active rows; −λ ≤ 0 is the last row."""
+    def solve(self, towards: float, reversed_node: int = -1) -> tuple[float, np.ndarray]:
+        """Load factor (inf unbounded, NaN infeasible) and slips; −λ ≤ 0 is the last row."""
         sign = np.where(self.node == reversed_node, -1.0, 1.0)
         bound = np.append(np.zeros(self.matrix.shape[1] - 1), -1.0)
         solver = highs_model(
@@ -160,17 +127,15 @@ class PinnedPrograms:
         solver.run()
         status = solver.getModelStatus().name
         if status != "kOptimal":
-            return (inf if status == "kUnbounded" else np.nan), np.zeros(len(bound) - 1), []
+            return (inf if status == "kUnbounded" else np.nan), np.zeros(len(bound) - 1)
         x = np.array(solver.getSolution().col_value) * self.load
-        basis = solver.getBasis().row_status
-        active = [i for i, state in enumerate(basis) if state != highspy.HighsBasisStatus.kBasic]
-        return float(x[-1]) / self.unit, x[:-1], active
+        return float(x[-1]) / self.unit, x[:-1]
 
 
 def by_highs(problem: Problem, pins: list[int]) -> dict:
     """λ_max and λ_1 with their slips; λ_1 is λ_max where no node collapses before."""
     programs = PinnedPrograms(problem, pins)
-    most, _, top = programs.solve(-1.0)
+    most, _ = programs.solve(-1.0)
     ends = [programs.solve(1.0, node) for node in range(problem.n)]
     values = [inf if np.isnan(end[0]) else end[0] for end in ends]
     first = int(np.argmin(values))
@@ -179,62 +144,13 @@ def by_highs(problem: Problem, pins: list[int]) -> dict:
         "upper": most,
         "lower": min(most, values[first]),
         "witness": sizes[first],
-        "active": [top, *(end[2] for end in ends)],
     }
-
-
-def true_bounds(
-    joint: RationalJoint, pins: list[int], active: list[list[int]]
-) -> tuple[float | None, float | None]:
-    """Both bounds of the joint before it was rounded, where the bases of HiGHS are proved to be optimal."""
-    matrix, right = joint.rows()
-    kept = [j for j in range(joint.A.nrows()) if j not in pins]
-    table_ = [[row[j] for j in kept] + [row[-1]] for row in matrix]
-    table_.append([fmpq(0)] * len(kept) + [fmpq(-1)])
-    limits = [*right, fmpq(0)]
-    upper = _optimum(table_, limits, active[0], 1)
-    if upper is None:
-        return None, None
-    least = upper
-    for node, rows in enumerate(active[1:]):
-        if not rows:  # no slip has both limits of this node reversed, at any load factor
-            continue
-        signs = [-1 if i // 2 == node else 1 for i in range(len(table_))]
-        turned = [[sign * x for x in row] for sign, row in zip(signs, table_, strict=True)]
-        value = _optimum(turned, [s * x for s, x in zip(signs, limits, strict=True)], rows, -1)
-        if value is None:
-            return _nearest(upper), None
-        least = min(least, -value)
-    return _nearest(upper), _nearest(least)
-
-
-def _optimum(matrix: list, right: list, active: list[int], sign: int) -> fmpq | None:
-    """The maximum of sign · λ where some rows meet, if fractions prove that it is one."""
-    count = len(matrix[0])
-    if len(active) != count:
-        return None
-    square = fmpq_mat([matrix[i] for i in active])
-    try:
-        x = square.solve(fmpq_mat([[right[i]] for i in active]))
-        y = square.transpose().solve(fmpq_mat([[fmpq(sign * (j == count - 1))] for j in range(count)]))
-    except ZeroDivisionError:
-        return None
-    if min(y.entries()) < 0:
-        return None
-    values = (fmpq_mat(matrix) * x).entries()
-    if any(value > limit for value, limit in zip(values, right, strict=True)):
-        return None
-    return sign * x[count - 1, 0]
-
-
-def _nearest(value: fmpq) -> float:
-    return int(value.p) / int(value.q)
 
 
 def floating_joint(kind: str, seed: int) -> Problem:
     """A joint that friction alone holds: of random matrices, or a body with the places of its nodes."""
     if kind == "matrices":
-        return rational_joint(seed, n := 2 + seed % 11, 1 + (n > 3 and seed % 3 == 0)).rounded
+        return rational_joint(seed, n := 2 + seed % 11, 1 + (n > 3 and seed % 3 == 0))[0]
     if kind == "matrices in space":
         return drawn_joint_in_space(seed, 29)  # of this number four nodes in a row of springs
     return floating_block(seed) if kind == "block" else floating_solid(seed)

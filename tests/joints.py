@@ -1,11 +1,8 @@
 """Joints that several tests share: random ones, changed units, limit cycles of period two, slow approach."""
 
-from dataclasses import replace
-
 import numpy as np
 
 import shakedown
-from shakedown.joint.constraints import loading
 
 FAMILY = [  # a (A₁₂), f B, impulses, load factor, initial slip, the two dissipations
     (0.039343246055341285,
@@ -35,6 +32,14 @@ def safe_later():
     """One node that the mean load alone pulls open: what changes presses it shut from λ = 5/12 on."""
     return shakedown.Problem(
         A=[[1.0]], B=[[0.0]], C=[[1.0]], f=0.5, q_w=[[0.3], [-0.3]], p_w=[[2.0], [2.0]], q_mean=[0.0], p_mean=[-1.0]
+    )  # fmt: skip
+
+
+def safe_between():
+    """That node beside one that is pressed shut and slips from λ = 3/2 on."""
+    return shakedown.Problem(
+        A=np.eye(2), B=np.zeros((2, 2)), C=np.eye(2), f=0.5, q_w=[[0.3, 1.0], [-0.3, -1.0]], p_w=[[2.0, 3.0], [2.0, 3.0]],
+        q_mean=[0.0, 0.0], p_mean=[-1.0, 3.0],
     )  # fmt: skip
 
 
@@ -157,18 +162,3 @@ def wild_joint(rng):
     start = rng.normal(size=n) * length * 10.0 ** rng.uniform(-3, 1) if rng.random() < 0.3 else None
     K, P = force / length, force
     return shakedown.Problem(A=A * K, B=B * K, C=C * K, f=f, q_w=q * P, p_w=p * P, **more), start
-
-
-def random_paths(problem, count, seed=0):
-    """The joint with the load steps of its loop in random order: of a load domain, paths through it.
-
-    The constant part of the loading is kept, transient load steps are left out.
-    """
-    generator, loop = np.random.default_rng(seed), loading(problem)
-    for _ in range(count):
-        order, history = generator.permutation(problem.m), problem.load_history
-        yield replace(
-            problem, q_w=problem.q_w[order], p_w=problem.p_w[order], q_mean=loop.q0, p_mean=loop.p0,
-            load_history=None if history is None else history[order], q_transient=None, p_transient=None,
-            load_path="loop",
-        )  # fmt: skip

@@ -250,22 +250,6 @@ def test_a_load_by_its_name_and_its_pictures():
         loop(shakedown.long_term_state(jenkins(), 2.0), load=1)
 
 
-SLIPPING = {"press-fit": 1.0, "cylinder-on-flat": 1.0, "receding-block": 1.0, "block-9": 6.0, "block-33": 8.0}
-
-
-@pytest.mark.parametrize(
-    ("name", "load_factor"), [*SLIPPING.items(), pytest.param("bolted-flange", 2.0, marks=pytest.mark.slow)]
-)
-def test_built_in_joints_of_meshes_know_their_loads(name, load_factor):
-    """The loops of their loads have together the area that friction dissipates; their compliance is symmetric."""
-    joint = shakedown.example(name)
-    state = shakedown.long_term_state(joint, load_factor)
-    assert state.dissipation_per_cycle > 0
-    assert load_loops(joint, state).areas.sum() == pytest.approx(state.dissipation_per_cycle, rel=1e-7)
-    S = joint.load_compliance
-    np.testing.assert_allclose(S, S.T, atol=1e-12 * np.abs(S).max())
-
-
 def coupled_pair(B):
     """The two-node system under one load that varies, beside a constant one."""
     joint, turn = shakedown.example("two-node"), 2 * np.pi * np.arange(8) / 8

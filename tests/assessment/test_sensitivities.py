@@ -73,22 +73,6 @@ def test_built_in_joints_agree_with_differences(name, bound):
     assert largest_error(shakedown.example(name), bound) < 1e-6
 
 
-@pytest.mark.slow
-def test_random_joints_agree_with_differences():
-    rng, errors = np.random.default_rng(7), []
-    for kind in ["any", "loose", "above thresholds", "floating"] * 2:
-        problem = joint_of_kind(rng, kind)
-        start = 0.3 * rng.normal(size=problem.n)
-        if problem.n > 4:
-            continue
-        errors += [
-            largest_error(problem, upper), largest_error(problem, lambda p: energy(p, initial_slip=start))  # noqa: B023
-        ]  # fmt: skip
-    errors = np.array(errors)
-    assert np.sum(np.isfinite(errors)) >= 5
-    assert np.nanmax(errors) < 1e-6
-
-
 def test_with_open_nodes_the_loads_of_all_nodes_count():
     rng, errors = np.random.default_rng(3), []
     for _ in range(12):

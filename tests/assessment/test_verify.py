@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joints import creeping, safe_later
+from joints import creeping, safe_between, safe_later
 
 import shakedown
 from shakedown import Problem
@@ -23,16 +23,7 @@ from shakedown.ground.tolerances import DEFAULT
 
 TWO = shakedown.example("two-node")
 SAFE_LATER = safe_later()
-SAFE_BETWEEN = Problem(
-    A=np.eye(2),
-    B=np.zeros((2, 2)),
-    C=np.eye(2),
-    f=0.5,
-    q_w=[[0.3, 1.0], [-0.3, -1.0]],
-    p_w=[[2.0, 3.0], [2.0, 3.0]],
-    q_mean=[0.0, 0.0],
-    p_mean=[-1.0, 3.0],
-)
+SAFE_BETWEEN = safe_between()
 
 
 @pytest.mark.parametrize("problem", [SAFE_LATER, SAFE_BETWEEN])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from any_order import followed
 from difficult_joints import floating_block
-from joints_in_space import random_joint, turned
+from joints_in_space import random_joint
 
 import shakedown
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
@@ -65,22 +65,6 @@ def test_what_may_be_rigid_is_not_certified() -> None:
     assert not unclear.certified
 
 
-def joints(d: int) -> list[Problem]:
-    return [(drawn_joint, drawn_joint_in_space)[d - 1](5, number) for number in range(8)]
-
-
-@pytest.mark.parametrize("problem", [*joints(1), *joints(2)])
-def test_never_above_what_is_impossible(problem: Problem) -> None:
-    bound = shakedown.accumulated_bound(problem)
-    if bound.status in ("optimal", "unbounded"):
-        assert bound.load_factor <= shakedown.upper_bound(problem, certify=False).load_factor * (1 + 1e-9)
-        assert np.all(bound.total_slip >= 0.0)
-    else:
-        assert bound.status == "infeasible"
-        assert np.isnan(bound.load_factor)
-        assert bound.reason
-
-
 @pytest.mark.parametrize("start", ["zero", "random", "off"])
 @pytest.mark.parametrize("drawn", [drawn_joint, drawn_joint_in_space])
 def test_nothing_that_may_move_a_node_moves_it_farther(drawn, start: str) -> None:
@@ -107,45 +91,6 @@ def test_nothing_that_may_move_a_node_moves_it_farther(drawn, start: str) -> Non
             break
     assert joints == 2
     assert beyond > 0
-
-
-def test_motions_in_any_order_of_the_loads_slip_no_farther() -> None:
-    """The exact path through the load steps in other orders."""
-    rng, slipped = np.random.default_rng(0), 0.0
-    for seed in range(3):
-        problem = random_problem(3, seed, m=6)
-        bound = shakedown.accumulated_bound(problem)
-        assert bound.status == "optimal"
-        order = rng.permutation(np.repeat(np.arange(problem.m), 3))
-        mean = {"q_mean": problem.q_w.mean(axis=0), "p_mean": problem.p_w.mean(axis=0)}
-        mixed = replace(problem, q_w=problem.q_w[order], p_w=problem.p_w[order], **mean)
-        run = shakedown.simulate(mixed, bound.load_factor, cycles=3, record=True)
-        way = np.abs(np.diff(run.history.v, axis=0)).sum(axis=0)
-        assert np.all(way <= bound.total_slip * (1 + 1e-9) + 1e-12 * np.abs(bound.total_slip).max())
-        slipped = max(slipped, float(way.max()))
-    assert slipped > 0.0
-
-
-@pytest.mark.parametrize("number", range(4))
-def test_the_choice_of_tangents_does_not_matter(number: int) -> None:
-    """Turned at every node, the second one reversed at some: the same load factor, the same slips."""
-    rng = np.random.default_rng(number)
-    drawn = drawn_joint_in_space(7, number)
-    problem = random_joint(rng, 1 + number % 4, pressure=8.0) if number % 2 else drawn
-    start = 0.02 * rng.normal(size=2 * problem.n)
-    here = shakedown.accumulated_bound(problem, start, start_error=0.005)
-    other, T = turned(problem, rng.uniform(0.0, 2.0 * np.pi, problem.n), mirrored=range(1, problem.n, 2))
-    there = shakedown.accumulated_bound(other, T @ start, start_error=0.005)
-    assert (there.status, there.limited_by) == (here.status, here.limited_by)
-    assert there.load_factor == pytest.approx(here.load_factor, rel=1e-6, nan_ok=True)
-    np.testing.assert_allclose(there.total_slip, here.total_slip, rtol=1e-5, atol=0.0, equal_nan=True)
-
-
-def test_the_order_of_the_loads_does_not_matter() -> None:
-    for problem in (random_problem(3, 2), shakedown.example("two-node-3d")):
-        here = shakedown.accumulated_bound(problem)
-        there = shakedown.accumulated_bound(replace(problem, load_path="domain"))
-        assert there.load_factor == here.load_factor
 
 
 def test_the_check_notices_what_is_wrong() -> None:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joints import safe_later
+from joints import safe_between, safe_later
 
 import shakedown
 from benchmarks.problems import joint
@@ -51,16 +51,7 @@ def test_loads_safe_from_some_load_factor_on() -> None:
 
 
 def test_a_safe_interval_that_ends() -> None:
-    """Pressure grows with the load factor at one load step only: safe between two positive load factors."""
-    problem = Problem(
-        A=[[1.0, 0.0], [0.0, 1.0]],
-        B=np.zeros((2, 2)),
-        f=0.5,
-        q_w=[[0.3, 1.0], [-0.3, -1.0]],
-        p_w=[[2.0, 3.0], [2.0, 3.0]],
-        q_mean=[0.0, 0.0],
-        p_mean=[-1.0, 3.0],
-    )
+    problem = safe_between()
     upper = shakedown.upper_bound(problem)
     assert (upper.status, upper.load_factor) == ("optimal", pytest.approx(1.5))
     assert upper.least_load_factor == pytest.approx(1 / 2.4)

@@ -27,13 +27,6 @@ def coupled_joint(seed: int, n: int, strength: float) -> Problem:
     return Problem(A=A, B=B, f=0.5, q_w=q0 + q, p_w=np.tile(p0, (2 * n, 1)), q_mean=q0, p_mean=p0)
 
 
-def test_three_node_counter_example_is_evidence_only() -> None:
-    lower = shakedown.lower_bound(shakedown.example("three-node"))
-    assert lower.load_factor == pytest.approx(3.096, rel=1e-12)
-    assert lower.guarantee == "evidence"
-    assert lower.coupling_ratio > 1
-
-
 def test_above_the_friction_thresholds_nothing_is_proved() -> None:
     problem = replace(shakedown.example("two-node"), f=0.9)
     assert not unique_in_contact(problem)
@@ -90,23 +83,10 @@ def test_bound_of_the_coupling_ratio_holds_in_exact_arithmetic(seed: int) -> Non
         assert moved <= Fraction(found.bound) * row[i] * d[i]
 
 
-def test_coupling_ratio_of_finite_element_joints() -> None:
-    """Row by row, not entry by entry: block-33 is below 1 (0.968), entry by entry it is not (1.004)."""
-    for name, f, expected in (("block-9", 0.2, 0.905), ("block-33", 0.2, 0.968), ("press-fit", None, 0.838)):
-        problem = shakedown.example(name)
-        problem = problem if f is None else replace(problem, f=f)
-        assert coupling(problem).ratio == pytest.approx(expected, abs=6e-4)
-    block = replace(shakedown.example("block-33"), f=0.2)
-    entry_by_entry = np.linalg.eigvals(influence_of(block).max(axis=0))
-    assert np.abs(entry_by_entry).max() == pytest.approx(1.004, abs=6e-4)
-
-
 @pytest.mark.parametrize(
     ("name", "f", "expected"),
     [
         ("block-9", 0.1, 0.660328),
-        ("block-9", 0.2, 1.219830),
-        ("block-9", 0.3, 1.788558),
         ("block-33", 0.2, 0.506731),
         ("press-fit", None, 0.346802),
     ],

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from difficult_joints import floating_block
+from joints_in_space import random_joint
 
 import shakedown
 from shakedown import Problem, ProblemError, UsageError
@@ -13,37 +15,44 @@ from shakedown.joint.units import without_loads
 
 BLOCK = without_loads(shakedown.example("block-9"))
 OPEN = (0, 3, 8)
+JOINTS = (
+    BLOCK,
+    replace(BLOCK, q_mean=0.3 * BLOCK.q_w[0], p_mean=0.7 * BLOCK.p_w[1]),
+    random_joint(np.random.default_rng(2), 9),
+)
 
 
 def reactions(problem, u, load_factor):
     q_w, p_w = loading(problem).at(load_factor)
-    return np.hstack([q_w, p_w]) + u @ problem.kappa
+    return problem.layout.split(np.hstack([q_w, p_w]) + u @ problem.kappa)
 
 
-@pytest.mark.parametrize("explicit_mean", [False, True])
-def test_open_nodes_carry_nothing_and_closed_ones_feel_the_condensed_joint(explicit_mean):
-    problem = BLOCK
-    if explicit_mean:
-        problem = replace(BLOCK, q_mean=0.3 * BLOCK.q_w[0], p_mean=0.7 * BLOCK.p_w[1])
-    zone, n, closed = contact_zone(problem, OPEN), BLOCK.n, [1, 2, 4, 5, 6, 7]
-    slip = np.random.default_rng(0).normal(size=6) * 1e-3
-    q_w, p_w = loading(problem).at(0.7)
-    r = reactions(problem, zone.displacements(slip, q_w, p_w), 0.7)
-    size = np.abs(r).max()
-    assert np.abs(r[:, [0, 3, 8, 9, 12, 17]]).max() < 1e-13 * size
-    q, p = loading(zone.joint).at(0.7)
-    assert q + slip @ zone.joint.A == pytest.approx(r[:, closed], abs=1e-13 * size)
-    assert p + slip @ zone.joint.B.T == pytest.approx(r[:, [n + i for i in closed]], abs=1e-13 * size)
+@pytest.mark.parametrize("problem", JOINTS)
+def test_open_nodes_carry_nothing_and_closed_ones_feel_the_condensed_joint(problem):
+    zone, closed = contact_zone(problem, OPEN), np.setdiff1d(np.arange(problem.n), OPEN)
+    slip = np.random.default_rng(0).normal(size=zone.joint.layout.slip_size) * 1e-3
+    q, p = reactions(problem, zone.displacements(slip, *loading(problem).at(0.7)), 0.7)
+    size = max(np.abs(q).max(), np.abs(p).max())
+    assert np.abs(q[:, problem.layout.slips_of(OPEN)]).max() < 1e-13 * size
+    assert np.abs(p[:, OPEN]).max() < 1e-13 * size
+    kept_q, kept_p = loading(zone.joint).at(0.7)
+    assert kept_q + slip @ zone.joint.A == pytest.approx(
+        q[:, problem.layout.slips_of(closed)], abs=1e-13 * size
+    )
+    assert kept_p + slip @ zone.joint.B.T == pytest.approx(p[:, closed], abs=1e-13 * size)
 
 
-def test_rows_of_open_nodes_are_their_gaps_and_the_others_are_limits():
-    zone = contact_zone(BLOCK, OPEN)
-    rows, slip = zone.constraints, np.random.default_rng(1).normal(size=6) * 1e-3
-    assert rows.node.tolist() == [1, 1, 2, 2, 4, 4, 5, 5, 6, 6, 7, 7, 0, 3, 8]
-    assert rows.side[-3:].tolist() == [0, 0, 0]
-    gaps = zone.displacements(slip, *loading(BLOCK).at(0.7))[:, [9, 12, 17]]
+@pytest.mark.parametrize("problem", JOINTS)
+def test_rows_of_open_nodes_are_their_gaps_and_the_others_are_limits(problem):
+    zone, rng = contact_zone(problem, OPEN), np.random.default_rng(1)
+    rows, slip = zone.constraints, rng.normal(size=zone.joint.layout.slip_size) * 1e-3
+    heads = rows.heads
+    assert rows.node[heads][-3:].tolist() == [*OPEN]
+    assert set(rows.node[heads][:-3]) == set(zone.closed_nodes)
+    assert rows.side[heads][-3:].tolist() == [0, 0, 0]
+    gaps = zone.displacements(slip, *loading(problem).at(0.7))[:, problem.layout.gaps_of(OPEN)]
     assert rows.excess(slip, 0.7)[-3:] == pytest.approx(-gaps.min(axis=0), rel=1e-12)
-    assert gaps.argmin(axis=0).tolist() == rows.step[-3:].tolist()
+    assert gaps.argmin(axis=0).tolist() == rows.step[heads][-3:].tolist()
 
 
 def test_a_zone_without_open_nodes_is_the_joint():
@@ -85,8 +94,8 @@ def test_an_initial_gap_is_a_displacement_of_the_welded_state():
     gap = np.linspace(-1e-3, 2e-3, 9)
     shifted = with_initial_gap(BLOCK, gap)
     v, w = np.random.default_rng(2).normal(size=(2, 9)) * 1e-3
-    before = reactions(BLOCK, np.concatenate([v, w - gap]), 1.0)
-    after = reactions(shifted, np.concatenate([v, w]), 1.0)
+    before = np.hstack(reactions(BLOCK, np.concatenate([v, w - gap]), 1.0))
+    after = np.hstack(reactions(shifted, np.concatenate([v, w]), 1.0))
     assert after == pytest.approx(before, abs=1e-12 * np.abs(before).max())
     assert loading(shifted).q1 == pytest.approx(loading(BLOCK).q1, abs=1e-12 * np.abs(BLOCK.q_w).max())
     with pytest.raises(UsageError, match=r"one number or shape \(9,\), found \(2,\)"):
@@ -96,11 +105,7 @@ def test_an_initial_gap_is_a_displacement_of_the_welded_state():
 @pytest.mark.parametrize("closed", range(5))
 def test_of_a_floating_block_one_closed_node_holds_no_open_one_whatever_round_off_says(closed):
     """Rotations about it meet 1e-12 of the stiffness."""
-    from shakedown.fem import ElasticBody, Material, Pressure, block_mesh, contact_problem
-
-    load = Pressure("top", 10.0, history=np.ones(8))
-    block = ElasticBody(block_mesh(2.0, 1.0, 4, 2), Material(young=200e3, poisson=0.3), loads=[load])
-    joint = contact_problem(block, "bottom", f=0.5, steps=8)
+    joint = floating_block(5, 0.5)
     noise = np.random.default_rng(0).uniform(-1e-12, 1e-12, (5, 5))
     A, C = (stiffness * (1 + noise + noise.T) for stiffness in (joint.A, joint.C))
     with pytest.raises(UsageError, match="free to move"):

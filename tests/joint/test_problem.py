@@ -33,6 +33,16 @@ def valid() -> dict:
         "x": np.array([0.0, 1.0]),
         "name": np.array("joint"),
         "units": np.array("N, mm"),
+        "label": ("4711/12", "4712/13"),
+        "coordinates": np.arange(6.0).reshape(2, 3),
+        "normal": np.array([[0.0, 1.0, 0.0], [0.6, 0.8, 0.0]]),
+        "node_area": np.array([0.5, 0.0]),
+        "load_names": ("bolt", "traction"),
+        "load_mean": np.array([12.0, 20.0]),
+        "load_amplitude": np.array([0.0, 20.0]),
+        "load_units": ("kN", "MPa"),
+        "source": '{"files": [{"name": "k.mtx", "sha256": "0"}]}',
+        "load_path": "domain",
     }
 
 
@@ -83,8 +93,6 @@ def test_accepted(tmp_path, changes):
 nan, inf = np.nan, np.inf
 MALFORMED = {
     "missing A": ({"A": None}, "key 'A': required, found none"),
-    "missing f": ({"f": None}, "key 'f': required, found none"),
-    "missing q_w": ({"q_w": None}, "key 'q_w': required, found none"),
     "unknown key": ({"mu": np.array(0.3)}, "unknown key 'mu': did you mean 'f'?"),
     "two unknown keys": (
         {"mu": np.array(0.3), "K": np.eye(2)},
@@ -95,12 +103,9 @@ MALFORMED = {
         {"A": np.ones((2, 3))},
         "key 'A': expected a square array (n, n) of at least one contact node, found shape (2, 3)",
     ),
-    "A a vector": ({"A": np.ones(4)}, "found shape (4,)"),
     "C too small": ({"C": np.ones((1, 1))}, "key 'C': expected shape (2, 2)"),
-    "f too long": ({"f": np.ones(3)}, "key 'f': expected shape (2,) or (), found (3,)"),
     "q_w transposed": ({"q_w": np.ones((2, 3))}, "key 'q_w': expected shape (m, 2), found (2, 3)"),
     "p_w transposed": ({"p_w": np.ones((2, 3))}, "key 'p_w': expected shape (3, 2), found (2, 3)"),
-    "q_w and p_w differ": ({"p_w": np.ones((4, 2))}, "expected shape (3, 2), found (4, 2)"),
     "no load step": ({"q_w": np.ones((0, 2)), "p_w": np.ones((0, 2))}, "at least one load step, found m = 0"),
     "no node": (
         {k: np.ones((0, 0)) for k in "ABC"}
@@ -109,43 +114,27 @@ MALFORMED = {
         "at least one contact node",
     ),
     "q_mean wrong length": ({"q_mean": np.ones(3)}, "key 'q_mean': expected shape (2,), found (3,)"),
-    "p_mean a scalar": ({"p_mean": np.array(1.0)}, "key 'p_mean': expected shape (2,), found ()"),
     "only one transient": ({"p_transient": None}, "key 'p_transient': required because 'q_transient'"),
-    "transients differ": ({"p_transient": np.ones((5, 2))}, "expected shape (4, 2), found (5, 2)"),
     "initial_slip wrong length": (
         {"initial_slip": np.ones(3)},
         "key 'initial_slip': expected shape (s, 2) or (2,), found (3,)",
     ),
-    "x wrong length": ({"x": np.ones(5)}, "key 'x'"),
     "A is text": (
         {"A": np.array([["3", "1"], ["1", "2"]])},
         "key 'A': expected real numbers, found 2 × 2 of <U1",
     ),
     "f is a word": ({"f": np.array("rough")}, "key 'f': expected real numbers, found one of <U5"),
     "A is complex": ({"A": np.eye(2) * 1j}, "found 2 × 2 of complex128"),
-    "A holds objects": (
-        {"A": np.array([[1, None], [None, 1]], dtype=object)},
-        "Python objects (never unpickled)",
-    ),
     "NaN in A": ({"A": np.array([[3.0, nan], [nan, 2.0]])}, "found nan at A[0][1]"),
     "inf in q_w": ({"q_w": np.array([[0.0, 1], [2, inf], [4, 5]])}, "found inf at q_w[1][1]"),
-    "-inf in p_w": ({"p_w": np.array([[-inf, 1], [2, 3], [4, 5]])}, "found -inf at p_w[0][0]"),
-    "NaN in f": ({"f": np.array([nan, 0.1])}, "found nan at f[0]"),
-    "NaN in x": ({"x": np.array([0.0, nan])}, "found nan at x[1]"),
     "negative f": ({"f": np.array([0.1, -0.2])}, "friction coefficients >= 0, found -0.2 at node 1"),
-    "negative scalar f": ({"f": np.array(-0.2)}, "found -0.2 at node 0"),
     "A not symmetric": ({"A": np.array([[3.0, 1.0], [1.1, 2.0]])}, "A[0,1] = 1 but A[1,0] = 1.1"),
-    "C not symmetric": ({"C": np.array([[3.0, 1.0], [0.0, 2.0]])}, "key 'C': expected a symmetric matrix"),
     "A indefinite": (
         {"A": np.diag([1.0, -1.0]), "C": None},
         "key 'A': expected a positive semi-definite matrix",
     ),
     "kappa indefinite": ({"B": 10 * np.eye(2)}, "positive semi-definite, found the eigenvalue"),
     "name a number": ({"name": np.array(3.0)}, "key 'name': expected one text string"),
-    "units an array": (
-        {"units": np.array(["N", "mm"])},
-        "key 'units': expected one text string, found 2 of",
-    ),
 }
 
 

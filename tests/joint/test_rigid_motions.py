@@ -15,6 +15,7 @@ from floating_joints import (
 )
 
 import shakedown
+from benchmarks.problems import in_units
 from shakedown import Problem
 from shakedown.joint.rigid_slips import can_drift, free_stiffness, rigid_slips, zero_modes
 
@@ -35,6 +36,28 @@ def test_a_body_slides_away_whatever_round_off_resists_it(share: float) -> None:
     assert bool(rigid_slips(without_places(rough)).doubt) == (abs(share) >= 1e-9)
 
 
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize(("n", "free"), [(3, 1), (6, 2), (12, 3)])
+def test_rigid_slips_are_those_that_changed_nothing_before_rounding(n: int, free: int, seed: int) -> None:
+    """To round-off, in units of each node too; with few digits to about as many, by a clear gap or by none."""
+    problem, Z = rational_joint(seed, n, free)
+    sizes = 10.0 ** np.random.default_rng(seed).uniform(-3, 3, n)
+    for joint, size, error in (
+        (problem, np.ones(n), 1e-11),
+        (in_units(problem, 1.0 / sizes, sizes), sizes, 1e-11),
+        *(
+            (rounded(replace(problem, stiffness_accuracy=10.0**-d), d), np.ones(n), 5 * 10.0**-d)
+            for d in (3, 5)
+        ),
+    ):
+        known, true = rigid_slips(joint), size[:, None] * Z
+        pinned = list(known.pinned)
+        assert pinned == sorted(pinned)
+        assert np.array_equal(known.motions[pinned], np.eye(free))
+        off = known.motions @ true[pinned] - true
+        np.testing.assert_allclose(off / size[:, None], 0.0, atol=error * np.abs(Z).max())
+
+
 @pytest.mark.parametrize("kind", ["block", "solid"])
 @pytest.mark.parametrize("digits", [5, 7])
 def test_with_places_few_digits_are_no_doubt(kind: str, digits: int) -> None:
@@ -49,7 +72,7 @@ def test_with_places_few_digits_are_no_doubt(kind: str, digits: int) -> None:
 @pytest.mark.parametrize("digits", [5, 7])
 def test_few_digits_without_places_give_the_same_limits_in_doubt(seed: int, digits: int) -> None:
     """25 of 59 joints of five digits had another λ_max, certified, and some of seven had none at all."""
-    joint = rational_joint(seed, 3 + seed % 5, 1).rounded
+    joint = rational_joint(seed, 3 + seed % 5, 1)[0]
     rough, most = rounded(joint, digits), shakedown.upper_bound(joint)
     found = shakedown.upper_bound(rough, certify=True)
     assert found.load_factor == pytest.approx(most.load_factor, rel=1000 * 10.0**-digits)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown import Problem, ProblemError, load_problem, save_problem
+from shakedown import Problem, ProblemError, save_problem
 from shakedown.joint.constraints import with_initial_gap
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.studies.design_point import with_parameter
@@ -35,16 +35,6 @@ def traced(**changes) -> Problem:
     return dataclasses.replace(shakedown.example("two-node"), **(more | changes))
 
 
-def test_everything_survives_the_round_trip(tmp_path):
-    save_problem(tmp_path / "p.npz", traced())
-    again = load_problem(tmp_path / "p.npz")
-    assert again == traced()
-    assert again.label == ("4711/12", "4712/13")
-    assert json.loads(again.source)["files"][0]["name"] == "k.mtx"
-    with np.load(tmp_path / "p.npz", allow_pickle=False) as file:
-        assert file["label"].tolist() == ["4711/12", "4712/13"]
-
-
 def test_a_file_without_a_source_has_no_key_that_earlier_versions_refuse(tmp_path):
     save_problem(tmp_path / "p.npz", shakedown.example("two-node"))
     with np.load(tmp_path / "p.npz", allow_pickle=False) as file:
@@ -53,34 +43,24 @@ def test_a_file_without_a_source_has_no_key_that_earlier_versions_refuse(tmp_pat
 
 DAMAGED = {
     "too few labels": ({"label": ["a"]}, "key 'label': expected shape (2,), found (1,)"),
-    "ragged labels": ({"label": [["a"], ["b", "c"]]}, "key 'label': expected one text each"),
     "labels that are no text": ({"label": [1.5, 2.5]}, "key 'label': expected one text each"),
     "one label": ({"label": "a"}, "key 'label': expected one text each, found 'a'"),
     "a label that a terminal obeys": ({"label": ["a", "\x1b[2J"]}, "found '\\x1b[2J' at label[1]"),
     "a label of two lines": ({"label": ["a", "b\nc"]}, "text of at most 200 characters that can be shown"),
-    "half a character": ({"label": ["a", "\ud800"]}, "found '\\ud800' at label[1]"),
-    "an endless label": ({"label": ["a", "b" * 500]}, "expected text of at most 200 characters that can be shown"),
     "a load without a showable name": ({"load_names": ["\x00b"]}, "key 'load_names': expected text of at most 200 characters"),
     "no load": ({"load_names": []}, "key 'load_names': expected one text each"),
     "a load of negative amplitude": ({"load_amplitude": [0.0, -20.0]}, "key 'load_amplitude': expected amplitudes >= 0, found -20 at load 1"),
     "a load whose mean is no number": ({"load_mean": [1.0, np.nan]}, "key 'load_mean': expected finite numbers, found nan at load_mean[1]"),
     "a mean without an amplitude": ({"load_amplitude": None}, "key 'load_amplitude': required because 'load_mean' is given"),
-    "an amplitude without a mean": ({"load_mean": None}, "key 'load_mean': required because 'load_amplitude' is given"),
     "units without loads": ({"load_mean": None, "load_amplitude": None}, "key 'load_mean': required because 'load_units' is given"),
     "loads without names": ({"load_names": None}, "key 'load_names': required because 'load_mean' is given"),
-    "a unit for all": ({"load_units": "kN"}, "key 'load_units': expected one text each, found 'kN'"),
     "a negative area": ({"node_area": [0.5, -1e-9]}, "key 'node_area': expected areas >= 0, found -1e-09 at node 1"),
-    "an area that is no number": ({"node_area": [np.nan, 1.0]}, "key 'node_area': expected finite numbers"),
     "places in the plane": ({"coordinates": np.zeros((2, 2))}, "key 'coordinates': expected shape (2, 3), found (2, 2)"),
     "a normal of length 2": ({"normal": [[0, 2, 0], [0, 1, 0]]}, "key 'normal': expected vectors of length 1, found the length 2 at node 0"),
-    "no tangent": ({"tangent": [[1, 0, 0], [0, 0, 0]]}, "key 'tangent': expected vectors of length 1, found the length 0 at node 1"),
     "a source that is no JSON": ({"source": "import c.toml"}, "key 'source': expected JSON text"),
-    "a source that is a list": ({"source": "[1]"}, "key 'source': expected JSON text, an object"),
     "a source with NaN": ({"source": '{"a": NaN}'}, "key 'source': expected JSON text"),
     "a source too deep": ({"source": '{"a":' + "[" * 100_000 + "]" * 100_000 + "}"}, "key 'source': expected JSON text"),
     "warnings that are none": ({"source": '{"warnings": [1]}'}, "key 'source': expected JSON text, an object"),
-    "files that are none": ({"source": '{"files": "k.mtx"}'}, "key 'source': expected JSON text, an object"),
-    "several sources": ({"source": ["{}", "{}"]}, "key 'source': expected one text string"),
 }  # fmt: skip
 
 

@@ -6,7 +6,6 @@ from inspect import isfunction, signature
 import numpy as np
 import pytest
 from command import run
-from joints import random_paths
 from public_names import public
 
 import shakedown
@@ -16,7 +15,6 @@ from shakedown.joint.constraints import (
     loading,
     through_transient,
 )
-from shakedown.joint.contact_zone import contact_zone
 from shakedown.motion.evolution import evolve
 from shakedown.studies.design_point import with_parameter
 
@@ -79,7 +77,6 @@ def test_faces_are_kept_in_files_and_go_with_their_nodes(tmp_path):
     ("changes", "message"),
     [
         ({"B": np.zeros((6, 3))}, "key 'B': expected shape (6, 6) or (3, 6), found (6, 3)"),
-        ({"q_w": np.ones((24, 3, 2))}, "key 'q_w': expected shape (m, 6), found (24, 3, 2)"),
         (
             {"A": np.eye(6) + np.triu(np.ones((6, 6)), 1)},
             "key 'A': expected a symmetric matrix, found A[0,1] = 1 but A[1,0] = 0",
@@ -101,10 +98,6 @@ def test_faces_are_kept_in_files_and_go_with_their_nodes(tmp_path):
             "key 'faces': expected corners that differ, found [0, 1, 1, 2] as face 0",
         ),
         ({"faces": [[0, 1, 2]]}, "key 'faces': expected shape (e, 4), found (1, 3)"),
-        (
-            {"initial_slip": np.ones((2, 3))},
-            "key 'initial_slip': expected shape (s, 6) or (6,), found (2, 3)",
-        ),
         (
             {"tangents": np.ones((3, 2, 3))},
             "key 'tangents': expected vectors of length 1, found the length 1.73205081 at node 0",
@@ -129,31 +122,6 @@ def test_refused(changes, message):
 def test_a_pair_of_tangents_means_nothing_in_the_plane():
     with pytest.raises(ProblemError, match="'tangents': expected only with two tangential directions"):
         replace(shakedown.example("two-node"), tangents=np.tile(np.eye(3)[:2], (2, 1, 1)))
-
-
-def refusal(made) -> str:
-    """What is said of a joint that is none; nothing of one that is."""
-    try:
-        made()
-    except ProblemError as error:
-        return str(error)
-    return ""
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_wrong_shapes_end_in_one_line(tmp_path, seed):
-    """Some arrays of a joint in space lose or gain rows, columns, axes: given, and in a file."""
-    rng, given = np.random.default_rng(seed), arrays()
-    changed = rng.choice(sorted(given), size=rng.integers(1, 4), replace=False).tolist()
-    for key in changed:
-        shape = list(np.shape(given[key]))
-        axis = int(rng.integers(len(shape)))
-        shape[axis] = int(rng.choice([0, 1, shape[axis] + 1, 2 * shape[axis], shape[axis] // 2]))
-        given[key] = np.resize(given[key], [*shape, 1] if rng.random() < 0.2 else shape)
-    np.savez(tmp_path / "joint.npz", **given)
-    for said in (refusal(lambda: Problem(**given)), refusal(lambda: load_problem(tmp_path / "joint.npz"))):
-        assert "\n" not in said
-        assert "expected" in said or changed == ["initial_slip"]  # any number of states
 
 
 def margins(problem: Problem, slip: np.ndarray, load_factor: float) -> np.ndarray:
@@ -208,26 +176,6 @@ def test_transient_load_steps_are_cones_without_load_factor():
     found, node = rows.excess(slip, 0.0), rows.node[rows.heads]
     early = rows.step[rows.heads] < 0
     np.testing.assert_allclose([found[early & (node == i)].max() for i in range(3)], worst, rtol=1e-12)
-
-
-def test_open_nodes_are_condensed():
-    problem = joint()
-    zone = contact_zone(problem, [1])
-    assert zone.joint.directions == 2
-    assert zone.joint.n == 2
-    slip, q_w, p_w = 0.1 * np.arange(4.0), problem.q_w[:5], problem.p_w[:5]
-    u = zone.displacements(slip, q_w, p_w)
-    q, p = problem.layout.split(np.hstack([q_w, p_w]) + u @ problem.kappa)
-    np.testing.assert_allclose(q[:, 2:4], 0.0, atol=1e-12)
-    np.testing.assert_allclose(p[:, 1], 0.0, atol=1e-12)
-    kept_q, kept_p = zone.joint.q_w[:5] + zone.joint.A @ slip, zone.joint.p_w[:5] + zone.joint.B @ slip
-    np.testing.assert_allclose(q[:, [0, 1, 4, 5]], kept_q)
-    np.testing.assert_allclose(p[:, [0, 2]], kept_p)
-    rows = zone.constraints
-    assert rows.cones[-1] == 1
-    assert set(rows.node.tolist()) == {0, 1, 2}
-    steps = zone.displacements(slip, problem.q_w, problem.p_w)[:, zone.problem.layout.gaps][:, 1]
-    np.testing.assert_allclose(rows.excess(slip, 1.0)[-1], -steps.min(), rtol=1e-12)
 
 
 # What answers for two directions, one line each. Everything else that takes a problem refuses, in one line.
@@ -352,11 +300,8 @@ def test_commands_refuse_in_one_line(command, tmp_path):
     assert len(err.strip().splitlines()) == 1
 
 
-def test_other_paths_and_parameters_keep_both_directions():
+def test_other_parameters_keep_both_directions():
     problem = joint()
-    (path,) = random_paths(problem, 1)
-    assert path.directions == 2
-    np.testing.assert_array_equal(np.sort(path.q_w, axis=0), np.sort(problem.q_w, axis=0))
     for name in ("friction", "amplitude", "mean", "phase", "coupling", "stiffness"):
         assert with_parameter(problem, name, 0.25).directions == 2
     later = with_parameter(problem, "phase", 0.25)

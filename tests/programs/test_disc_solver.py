@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from shakedown.bounds.independent_solver import solve_conic
 from shakedown.ground.errors import SolverError
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
@@ -44,6 +45,10 @@ def test_an_end_keeps_its_conditions(seed, norm):
     assert discs.cones.margin(end.multipliers) > -1e-9
     np.testing.assert_allclose(discs.transposed(end.multipliers), -discs.costs, atol=1e-8)
     assert abs(slack @ end.multipliers) < 1e-8
+    for solver in (None, "CLARABEL") if not norm else ():  # Clarabel itself, and through cvxpy
+        status, x, reduced = solve_conic(discs, solver)
+        assert (status, reduced) == (Status.OPTIMAL, False)
+        np.testing.assert_allclose(x, end.x, atol=1e-6)
 
 
 def test_no_end_is_claimed_that_is_not_accurate_enough():

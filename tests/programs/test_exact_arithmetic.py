@@ -20,19 +20,6 @@ def random_system(seed: int, n: int) -> tuple[list[list[int]], list[int]]:
 
 @LAW
 @given(seed=st.integers(0, 10_000), n=st.integers(1, 7))
-def test_solution_satisfies_the_system_exactly(seed: int, n: int) -> None:
-    matrix, right = random_system(seed, n)
-    solved = solve_integers(matrix, right)
-    if solved is None:
-        assert abs(np.linalg.det(matrix)) < 0.5
-        return
-    x, scale = solved
-    assert scale > 0
-    assert [sum(a * b for a, b in zip(row, x, strict=True)) for row in matrix] == [scale * r for r in right]
-
-
-@LAW
-@given(seed=st.integers(0, 10_000), n=st.integers(1, 7))
 def test_fractions_agree(seed: int, n: int) -> None:
     matrix, right = random_system(seed, n)
     solved = solve_integers(matrix, right)

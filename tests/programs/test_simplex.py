@@ -53,21 +53,6 @@ def test_an_upper_bound_is_optimal_to_round_off(problem):
     assert max(residuals(end)) <= 1e-12
 
 
-def test_an_upper_bound_that_does_not_exist_is_none():
-    for changes, status in (({"p_w": -1.0}, "infeasible"), ({"q_w": 0.0}, "unbounded")):
-        problem = joint(n=8)
-        arrays = {key: np.full_like(getattr(problem, key), value) for key, value in changes.items()}
-        changed = shakedown.Problem(
-            **{"A": problem.A, "B": problem.B, "f": problem.f, "q_w": problem.q_w, "p_w": problem.p_w}
-            | arrays
-        )
-        if status == "unbounded":
-            changed = shakedown.Problem(
-                A=problem.A, B=problem.B, f=problem.f, q_w=arrays["q_w"], p_w=np.full_like(problem.p_w, 4.0)
-            )
-        assert shakedown.upper_bound(changed, certify=False).status == status
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_changed_rows_lead_where_a_new_program_ends(seed):
     rows = constraints(joint(n=12, seed=seed))

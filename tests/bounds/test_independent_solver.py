@@ -1,24 +1,15 @@
-"""The two methods for the bounds, held against each other."""
+"""The bounds by solvers of others: through Clarabel, and any solver of cvxpy."""
+
+import sys
 
 import numpy as np
 import pytest
 
 import shakedown
-from benchmarks.problems import joint
-from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
+from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound, solve_conic
+from shakedown.ground.errors import UsageError
 from shakedown.joint.constraints import constraints
-
-UNITS = (500.0, 0.0025)  # newton and millimetre of a small steel joint
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_both_methods_lead_to_the_same_bounds(seed: int) -> None:
-    problem = joint(seed, 2 + seed % 5, units=UNITS)
-    bounds = shakedown.shakedown_bounds(problem)
-    upper, lower = conic_upper_bound(problem), conic_lower_bound(problem)
-    assert upper.load_factor == pytest.approx(bounds.upper.load_factor, rel=1e-9)
-    assert lower.load_factor == pytest.approx(bounds.lower.load_factor, rel=1e-9)
-    assert lower.node == bounds.lower.node
+from shakedown.programs.disc_program import DiscProgram
 
 
 @pytest.mark.parametrize("solver", ["CLARABEL", "HIGHS"])
@@ -73,3 +64,22 @@ def test_discs_are_as_sharp_where_friction_alone_holds_a_body() -> None:
     assert second.load_factor == pytest.approx(first.load_factor, rel=1e-8)
     limits = constraints(flange)
     assert limits.relative_excess(second.slip, second.load_factor).max() < 1e-8  # of every load step
+
+
+def test_statuses_without_an_optimum():
+    row, none = np.zeros((1, 0)), np.zeros((1, 3, 0))
+    both = {"blocks": none, "node": np.array([0]), "rows": row, "rows_extra": np.array([[-1.0]])}
+    ball = np.array([[[0.0], [-1.0], [0.0]]])  # |w| ≤ 1
+    unlike = DiscProgram(
+        extra=ball, right=np.array([[1.0, 0, 0]]), rows_right=np.array([-2.0]), cost=np.ones(1), **both
+    )
+    assert solve_conic(unlike)[0] == "infeasible"
+    ahead = np.array([[[-1.0], [0.0], [0.0]]])
+    ray = DiscProgram(extra=ahead, right=np.zeros((1, 3)), rows_right=np.zeros(1), cost=-np.ones(1), **both)
+    assert solve_conic(ray)[0] == "unbounded"
+
+
+def test_without_cvxpy_its_solvers_are_refused_in_one_line(monkeypatch):
+    monkeypatch.setitem(sys.modules, "cvxpy", None)
+    with pytest.raises(UsageError, match=r"^solver 'SCS': expected cvxpy.* pip install '\.\[solvers\]'$"):
+        conic_upper_bound(shakedown.example("two-node"), solver="SCS")
