@@ -1,13 +1,10 @@
 """The thesis's time integration: verdicts against the bounds, the friction law, states exactly on limits."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
 import shakedown
 from shakedown import Outcome, Problem, simulate
-from shakedown.joint.constraints import loading
 
 TWO_NODE = shakedown.example("two-node")
 LOWER, UPPER = shakedown.lower_bound(TWO_NODE), shakedown.upper_bound(TWO_NODE)
@@ -53,59 +50,6 @@ def test_the_counter_example_cycles_below_the_first_collapse(load_factor, slip, 
     assert run.slip_per_cycle == pytest.approx([slip, 0.0, 0.0], abs=5e-7)
     assert (run.period, run.residual <= 1e-12) == (1, True)
     assert load_factor < shakedown.lower_bound(problem).load_factor
-
-
-def test_dissipation_approaches_the_work_of_the_loading():
-    """In a limit cycle friction dissipates what the loading puts in, ∮ v · dq_w; fixed steps get there slowly.
-
-    The work comes from the slips at the load steps alone, by the trapezoidal rule.
-    """
-    errors = []
-    for m in (50, 100, 200):
-        problem = sampled_two_node(m)
-        run = simulate(problem, 0.8, record=True, method="gauss-seidel")
-        assert run.outcome == Outcome.CYCLIC_SLIP
-        v = np.vstack([run.history.v[-m - 1 :]])
-        q_w = np.roll(loading(problem).at(0.8)[0], 1, axis=0)
-        steps = np.diff(np.vstack([q_w, q_w[:1]]), axis=0)
-        work = ((v[1:] + v[:-1]) / 2 * steps).sum()
-        errors.append(abs(run.dissipation_per_cycle / work - 1))
-    assert errors[0] < 0.1
-    assert errors[2] < 0.35 * errors[0]
-
-
-@pytest.mark.parametrize(("name", "load_factor"), [("two-node", 0.72), ("three-node", 3.0), ("block-9", 8.0)])
-def test_the_friction_law_holds_at_every_load_step(name, load_factor):
-    """Written apart from the package: reactions from the stiffness, slip from the change of v."""
-    problem = shakedown.example(name)
-    run = simulate(problem, load_factor, record=True, method="gauss-seidel")
-    v, w, loop = run.history.v, run.history.w, loading(problem)
-    periods = (len(v) // problem.m, 1)
-    q_w, p_w = (
-        np.tile(loop.q0 + load_factor * loop.q1, periods),
-        np.tile(loop.p0 + load_factor * loop.p1, periods),
-    )
-    q, p = q_w + v @ problem.A + w @ problem.B, p_w + v @ problem.B.T + w @ problem.C
-    force = max(np.abs(q_w).max(), np.abs(p_w).max())
-    length = force / np.diag(problem.A).min()
-    limit, moved = problem.f * p, np.diff(v, axis=0, prepend=run.initial_slip[None])
-    was_open = np.vstack([np.zeros((1, problem.n)), w[:-1]]) > 0
-    is_open, still = w > 1e-12 * length, was_open | (np.abs(moved) <= 1e-10 * length)
-    off = np.where(still, np.maximum(np.abs(q) - limit, -p), np.abs(q + np.sign(moved) * limit))
-    off = np.where(is_open, np.maximum(np.abs(q), np.abs(p)), off)
-    assert run.outcome != Outcome.UNDECIDED
-    assert run.residual <= 1e-12
-    assert (~still).any()
-    assert off.max() <= 1e-11 * force
-    assert w.min() >= -1e-11 * length
-
-
-def sampled_two_node(m):
-    """The two-node system with m load steps, in contact."""
-    t = np.arange(m) / m
-    q = [15.8 + 200 * np.cos(2 * np.pi * (t - 0.05)), -400 + 700 * np.cos(2 * np.pi * (t + 0.125))]
-    p = [588.5 + 150 * np.sin(2 * np.pi * t), 1300 + 300 * np.sin(2 * np.pi * t)]
-    return dataclasses.replace(TWO_NODE, C=None, q_w=np.column_stack(q), p_w=np.column_stack(p))
 
 
 def one_node(**changes):

@@ -61,19 +61,6 @@ def test_law_holds_at_and_between_events_of_random_problems(seed):
     assert separated >= 50 / 3
 
 
-PLANE = [name for name in shakedown.example_names() if shakedown.example(name).directions == 1]
-
-
-@pytest.mark.parametrize("name", PLANE)
-@pytest.mark.parametrize("share", [0.5, 1.2, 2.5])
-def test_law_holds_on_built_in_problems(name, share):
-    problem = shakedown.example(name)
-    start = None if problem.initial_slip is None else problem.initial_slip[0]
-    run = evolve(problem, share, start, cycles=3)
-    assert run.stop is None or "the body leaves" in run.stop.reason
-    assert worst_violation(problem, share, run.history) <= 1e-12
-
-
 def split(problem, parts):
     """Every load step cut into equal parts; the first row stays first."""
     m = problem.m

@@ -1,14 +1,12 @@
 """A joint followed at fixed load steps: cycles, order of the error, starts, ends that are no cycle."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
 from joints_in_space import embedded
 
 import shakedown
-from benchmarks.problems import refined
 from shakedown import Problem
 from shakedown.motion.checked_law import law_violation
 from shakedown.motion.fixed_steps import FixedSteps
@@ -27,21 +25,6 @@ def joint(n=4, m=24, seed=0, mean=3.0, **changes) -> Problem:
         "p_w": mean + rng.normal(size=n) * np.cos(t) + rng.normal(size=n) * np.sin(2 * t),
     }  # fmt: skip
     return Problem(**(given | changes))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("mean", [3.0, 0.3])
-def test_error_is_of_the_first_order(mean):
-    problem = joint(mean=mean)
-    ends = []
-    for parts in (16, 32, 64, 128):
-        motion = FixedSteps(refined(problem, parts), 1.3)
-        found = walk(motion, 2)
-        assert motion.stop is None
-        ends.append(np.r_[found.end_slip[-1], found.dissipation])
-    apart = [np.abs(b - a).max() for a, b in pairwise(ends)]
-    assert apart[1] / apart[2] == pytest.approx(2.0, abs=0.25)
-    assert apart[0] / apart[1] == pytest.approx(2.0, abs=0.4)
 
 
 def test_what_a_cycle_did_is_what_its_load_steps_say():

@@ -7,14 +7,12 @@ import pytest
 from joints_in_space import random_joint
 
 import shakedown
-from benchmarks.problems import refined
 from shakedown import Problem, Tolerances
 from shakedown.joint.constraints import loop_path
 from shakedown.motion.checked_law import law_resolution
 from shakedown.motion.course import EventKind
 from shakedown.motion.event_history import path_violation
 from shakedown.motion.evolution import Evolution, evolve
-from shakedown.motion.fixed_steps import FixedSteps
 from shakedown.motion.space import space_events
 
 # The states after one implicit step from zero: there the cited cycles begin.
@@ -171,32 +169,6 @@ def test_between_rows_the_path_is_curved():
     np.testing.assert_allclose(history.at(times).v, fine.at(times).v, atol=1e-7)
     np.testing.assert_allclose(history.at(times).q, fine.at(times).q, atol=1e-7)
     assert EventKind.REACHES_LIMIT in history.kind
-
-
-def cut(problem, parts):
-    """The joint with load steps in so many parts, beginning and ending as before."""
-    finer = refined(problem, parts)
-    ends = {key: np.roll(getattr(finer, key), parts - 1, axis=0) for key in ("q_w", "p_w")}
-    return replace(finer, **ends)
-
-
-@pytest.mark.slow
-def test_implicit_steps_come_closer_the_shorter_they_are():
-    """Of the first order, from a state after the first cycle, with nodes that open, close and have no friction."""
-    problem = opening_joint()
-    motion = Evolution(problem, 1.0)
-    motion.cycle()
-    state = motion.state
-    motion.cycle()
-    errors = []
-    for parts in (32, 64, 128):
-        steps = FixedSteps(cut(problem, parts), 1.0)
-        steps.cycle()
-        steps.state = state
-        assert steps.cycle() is not None
-        errors.append(np.abs(steps.state.u - motion.state.u).max())
-    assert errors[0] > 1.6 * errors[1] > 2.5 * errors[2] > 0
-    assert errors[2] < 2e-3
 
 
 @pytest.mark.parametrize("longest_path", [space_events.MOST_TAKEN, 0])
