@@ -56,6 +56,14 @@ def test_below_the_first_collapse_every_state_shakes_down(seed: int) -> None:
     assert np.mean(found.outcome == "shakedown") > 0.5
 
 
+@pytest.mark.parametrize("seed", [1, 5])
+def test_which_way_the_tangents_of_the_nodes_point_does_not_matter(seed: int) -> None:
+    problem = beyond_one(seed)
+    for signs in product([1.0], *[(1.0, -1.0)] * 3):
+        turned = replace(problem, A=problem.A * signs * np.array(signs)[:, None], B=problem.B * signs)
+        assert difference_gauge(turned) == pytest.approx(difference_gauge(problem), rel=1e-9)
+
+
 def test_a_weakly_coupled_joint_has_one_and_the_counter_examples_none() -> None:
     assert difference_gauge(shakedown.example("block-33")) is not None
     for name in ("three-node", "pair-cycle"):

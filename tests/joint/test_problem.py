@@ -124,6 +124,7 @@ MALFORMED = {
         "key 'A': expected real numbers, found 2 × 2 of <U1",
     ),
     "f is a word": ({"f": np.array("rough")}, "key 'f': expected real numbers, found one of <U5"),
+    "A is complex": ({"A": np.eye(2) * 1j}, "found 2 × 2 of complex128"),
     "NaN in A": ({"A": np.array([[3.0, nan], [nan, 2.0]])}, "found nan at A[0][1]"),
     "inf in q_w": ({"q_w": np.array([[0.0, 1], [2, inf], [4, 5]])}, "found inf at q_w[1][1]"),
     "negative f": ({"f": np.array([0.1, -0.2])}, "friction coefficients >= 0, found -0.2 at node 1"),

@@ -80,6 +80,16 @@ def test_a_path_that_breaks_the_friction_law_decides_nothing(monkeypatch):
     assert any("the friction law is violated" in text for text in report.open_questions)
 
 
+@pytest.mark.parametrize(("name", "load_factor"), [("two-node", 0.73), ("block-9", 4.69)])
+def test_a_proved_state_may_be_disturbed_by_its_distance_from_the_surface_of_the_ball(name, load_factor):
+    problem = shakedown.example(name)
+    state = shakedown.long_term_state(problem, load_factor)
+    ball = shakedown.energy_ball(problem, load_factor, around=state.final_slip)
+    assert state.energy_margin == pytest.approx(ball.radius - ball.distance(state.final_slip), rel=1e-6)
+    single = np.sqrt(np.diag(problem.A)) * state.single_node_margin
+    assert single.max() == pytest.approx(state.energy_margin)
+
+
 @pytest.mark.parametrize("name", ["two-node", "block-9", "block-33"])
 def test_the_transient_limit_is_enclosed_by_proof_and_cycle(name):
     problem = shakedown.example(name)
