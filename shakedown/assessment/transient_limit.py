@@ -246,9 +246,8 @@ def _narrowed(history: History, low: float, high: float, width: float, coarse: f
 def _found(history: History, low: float, high: float) -> Bound:
     """Everything found, with a proof near ``low``."""
     runs = history.runs
-    known = [runs[at] for at in _certain(history, low)]
-    proofs = [state for state in (_proved(history, low), *known) if state is not None and state.proved]
-    at_proved = max(proofs, key=lambda state: state.load_factor, default=None)
+    known = [runs[at] for at in sorted(_certain(history, low), reverse=True)]
+    at_proved = _proved(history, low) or next((state for state in known if state.proved), None)
     scanned = sorted(runs)
     shaken = [x for x in scanned if runs[x].outcome == Outcome.SHAKEDOWN]
     others = [x for x in scanned if x not in shaken]

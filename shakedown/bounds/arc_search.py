@@ -316,8 +316,8 @@ class ArcLimits:
             found.fall[mine] = np.maximum(-least(loop.q1, loop.p1), 0.0)
             found.before[mine] = least(*before)
             # what the error of the initial slip may take
-            taken = self._fB[i, off] + np.einsum("ckx,xny->ckny", e[mine], self._A[i][:, off])
-            locked[mine] -= np.linalg.norm(taken, axis=-1) @ self._error[off]
+            ways = (self._fB[i, off, y] + e[mine] @ self._A[i, :, off, y].T for y in range(e.shape[2]))
+            locked[mine] -= np.sqrt(sum(way**2 for way in ways)) @ self._error[off]
         return Slacks(found.base + locked, found.fall, found.before + locked)
 
     def check_pressed(self, load_factor: float) -> None:

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.constants import (
-    BLOCK,
     EPS,
+    MANY_ROWS,
     MINOR,
     NEGLIGIBLE,
     NOTABLE,
@@ -99,7 +99,7 @@ class Measure:
 def product(root: FloatArray, changes: FloatArray) -> FloatArray:
     """R d of changes (…, N), (…, k): with a large R from the places that change, mostly few."""
     places: NDArray[np.intp] | slice = slice(None)
-    if root.size > BLOCK and changes.any():
+    if len(root) > MANY_ROWS and changes.any():
         moved = np.flatnonzero(changes.reshape(-1, changes.shape[-1]).any(axis=0))
         few = 4 * len(moved) < changes.shape[-1]
         places = moved if few else slice(moved[0], moved[-1] + 1)  # gaps, the last places, mostly rest
