@@ -1,5 +1,6 @@
 """The gauge of differences: by a second method, what it implies, and bodies that friction alone holds."""
 
+from dataclasses import replace
 from itertools import combinations, product
 
 import numpy as np

@@ -180,7 +180,10 @@ def outcome(name, argument, value):
         (lambda: shakedown.verify(JOINT, load_factors=[None]), "load factors: expected several numbers"),
         (lambda: shakedown.verify(JOINT, random_states=True), "random states: expected a whole number"),
         (lambda: shakedown.verify(JOINT, random_states=2**62), "random states: expected 0 to 1,000,000"),
-        (lambda: shakedown.initial_state_map(JOINT, 1e308, states=8), "load factor: expected one with react"),
+        (
+            lambda: shakedown.initial_state_map(JOINT, 1e308, states=8),
+            "load factor: expected reactions up to",
+        ),
         (lambda: shakedown.simulate(JOINT, 0.5, tolerances=None), "tolerances: expected a Tolerances, found"),
         (lambda: conic_upper_bound(JOINT, open_nodes=count()), "expected several whole numbers"),
     ],
