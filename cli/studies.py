@@ -248,7 +248,6 @@ def refine(
     help="zero, given, given:K or PATH.npy. Default: given where the file has initial_slip, else zero.",
 )
 @options.open_nodes
-@option("--from-zero", is_flag=True, help="Every amplitude from that state too; say where it differs.")
 @option(
     "--states",
     type=click.IntRange(min=1),

@@ -4,8 +4,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-from itertools import chain
+from functools import cached_property, partial
 from math import inf, isnan, nan
 from typing import Any, ClassVar, Literal
 
@@ -19,7 +18,7 @@ from shakedown.bounds.named_start import named_start
 from shakedown.files.atomic_write import write_table
 from shakedown.files.pieces import finished
 from shakedown.ground.argument_kinds import check_count, check_seed
-from shakedown.ground.constants import CYCLES, MOST_ENTRIES, NEGLIGIBLE, SIX_DIGITS, THREE_DIGITS, FloatArray
+from shakedown.ground.constants import CYCLES, MOST_ENTRIES, NEGLIGIBLE, THREE_DIGITS, FloatArray, Mask
 from shakedown.ground.errors import UsageError, attempt_any
 from shakedown.ground.shown_values import plain, short, shortened, with_unit
 from shakedown.ground.status import OPEN, Outcome
@@ -42,27 +41,6 @@ from shakedown.long_term.state import LongTermState
 
 # of another amplitude
 UNSTATED: dict[str, Any] = dict.fromkeys(("load_mean", "load_amplitude", "load_units"))
-
-
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class DampingBand(Result):
-    """What a joint does at each of k amplitudes from s initial slips, as locked-in slips leave them.
-
-    Attributes
-    ----------
-    states : (s, dn)
-        The initial slips [length].
-    displacement, dissipation : (s + 1, k)
-        As of :class:`DampingCurve`, which is row 0; NaN where no loop closes, or the limit cycle is proved
-        to be the same from every state.
-    unique : (k,)
-        Whether that is proved.
-    """
-
-    states: FloatArray
-    displacement: FloatArray
-    dissipation: FloatArray
-    unique: NDArray[np.bool_]
 
 
 BANDS = "dissipation", "secant_stiffness", "loss_factor", "damping_ratio", "frequency"
@@ -105,10 +83,13 @@ class DampingCurve(Result):
     simulated_limit
         λ_T: the largest amplitude found to shake down from the state given, to a thousandth, below the
         smallest one here that does not; infinite where all do, NaN as before.
-    from_zero
-        The same with every amplitude from the state given, where that was asked for.
-    band
-        The runs from other initial slips, where these were asked for.
+    unique : (k,)
+        Where the limit cycle is proved to be the only one: the band is a line there. Sought with ``states``.
+    states : (s, dn)
+        Other initial slips that every amplitude was followed from [length]: all but where it is proved that
+        these do not matter.
+    of_states : (2, s, k)
+        Displacement and dissipation from these; NaN where no loop closes, or they were not followed.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -135,8 +116,9 @@ class DampingCurve(Result):
     load_frequency: float
     proved_limit: float = nan
     simulated_limit: float = nan
-    from_zero: "DampingCurve | None" = None
-    band: DampingBand | None = None
+    unique: NDArray[np.bool_]
+    states: FloatArray
+    of_states: FloatArray
 
     @property
     def least(self) -> dict[str, FloatArray]:
@@ -148,30 +130,11 @@ class DampingCurve(Result):
         """The largest likewise."""
         return {word: np.fmax.reduce(runs) for word, runs in self._runs.items()}
 
-    @property
-    def least_state(self) -> dict[str, NDArray[np.intp]]:
-        """Which of ``band.states`` gives the least, (k,); −1: the curve, from the amplitude before."""
-        return self._extreme(1.0)
-
-    @property
-    def largest_state(self) -> dict[str, NDArray[np.intp]]:
-        """The same of the largest."""
-        return self._extreme(-1.0)
-
-    def _extreme(self, sign: float) -> dict[str, NDArray[np.intp]]:
-        return {key: np.where(np.isnan(x), inf, sign * x).argmin(axis=0) - 1 for key, x in self._runs.items()}
-
-    @property
-    def unique(self) -> NDArray[np.bool_]:
-        """Where the limit cycle is proved to be the only one, (k,): the band is a line there."""
-        return np.zeros(len(self.amplitude), dtype=bool) if self.band is None else self.band.unique
-
     @cached_property
     def _runs(self) -> dict[str, FloatArray]:
         """The words of ``BANDS``, (1 + s, k), of the curve and of all states."""
-        own = self if self.band is None else self.band
-        pairs = zip(np.atleast_2d(own.displacement), np.atleast_2d(own.dissipation), strict=True)
-        runs = [replace(self, displacement=x, dissipation=D, band=None) for x, D in pairs]
+        others = self.of_states.swapaxes(0, 1)
+        runs = [self, *(replace(self, displacement=x, dissipation=D) for x, D in others)]
         return {word: np.array([getattr(run, word) for run in runs]) for word in BANDS}
 
     @property
@@ -199,26 +162,13 @@ class DampingCurve(Result):
         """1 for a load that has the shape of a mode, else NaN."""
         return np.nan if isnan(self.load_frequency) else 1.0
 
-    @property
-    def differs(self) -> NDArray[np.bool_]:
-        """Where the start matters: the joint ends differently from the previous and the given one."""
-        other = self.from_zero
-        if other is None:
-            return np.zeros(len(self.amplitude), dtype=bool)
-        size = np.fmax(self.dissipation, other.dissipation)
-        # of a dissipation: a smaller difference between two starts does not count
-        apart = np.abs(self.dissipation - other.dissipation) > SIX_DIGITS * size
-        return np.array([a != b for a, b in zip(self.outcome, other.outcome, strict=True)]) | apart
-
     def to_dict(self) -> dict[str, Any]:
-        """The words of ``DOCUMENT``, units; where asked for, both from the state given, and what differs."""
+        """The words of ``DOCUMENT``, units; with other initial slips the least and the largest of all."""
         found = super().to_dict() | {"units": self.units}
-        if self.band is not None:
-            ends = ("least", "largest", "least_state", "largest_state", "unique")
-            found |= {"states": len(self.band.states)} | {word: plain(getattr(self, word)) for word in ends}
-        if self.from_zero is None:
-            return found
-        return found | {"from_zero": self.from_zero.to_dict(), "differs": plain(self.differs)}
+        if len(self.states):
+            ends = ("least", "largest", "unique")
+            found |= {"states": len(self.states)} | {word: plain(getattr(self, word)) for word in ends}
+        return found
 
     @property
     def units(self) -> dict[str, str]:
@@ -241,19 +191,12 @@ class DampingCurve(Result):
             If the file cannot be written, or its name ends in neither.
         """
         columns = self.columns()
-        if self.from_zero is not None:
-            columns |= {
-                "dissipation_from_start": self.from_zero.dissipation,
-                "displacement_from_start": self.from_zero.displacement,
-                "differs": self.differs,
-            }
-        if self.band is not None:
+        if len(self.states):
             for end in ("least", "largest"):
                 columns |= {f"{end}_{word}": values for word, values in getattr(self, end).items()}
             columns["unique"] = self.unique
         units = self.units if self.unit.load else {}
-        beside = ("least_", "largest_", "_from_start")
-        own = {word: next((word.replace(x, "") for x in beside if x in word), word) for word in columns}
+        own = {word: word.removeprefix("least_").removeprefix("largest_") for word in columns}
         of = {word: units.get(own[word], "") for word in columns}
         write_table(path, {with_unit(word, of[word]): column for word, column in columns.items()})
 
@@ -266,7 +209,6 @@ def damping(
     load: int | str | None = None,
     initial_slip: ArrayLike | None = None,
     open_nodes: Iterable[int] | Literal["auto"] = "auto",
-    from_zero: bool = False,
     states: int | ArrayLike | None = None,
     seed: int = 0,
     executor: Executor | None = None,
@@ -295,8 +237,6 @@ def damping(
     open_nodes
         Nodes that are open there; with ``"auto"`` the motion opens what has to open, and λ_E is that of
         the best zone of open nodes.
-    from_zero
-        Whether to find also what becomes of every amplitude from the state given, and where that differs.
     states : int or (s, dn), optional
         Initial slips besides, from each of which every amplitude is followed, for the least and the largest
         damping (:attr:`DampingCurve.least`). A number: so many that random transients of the loads, at one
@@ -345,27 +285,22 @@ def damping(
     check_seed(seed)
     alone = _alone_varying(problem, number)
     loaded = _LoadedJoint(problem, number, alone, start, opened, max_cycles, tolerances)
-    from_start = (loaded.point(each, start, opened)[0] for each in values.tolist() if from_zero)
-    rows, k = list[_Row](), len(values)
-    for row in chain(loaded.rising(values), from_start):
+    rows = list[_Row]()
+    for row in loaded.rising(values):
         rows.append(row)
         if progress is not None:
-            progress(len(rows), k * (1 + from_zero))
-    other = _curve(loaded, values, rows[k:]) if from_zero else None
-    limits = _limits(loaded, values, rows[:k], "auto" if isinstance(open_nodes, str) else opened)
-    curve = _curve(loaded, values, rows[:k], **limits, from_zero=other)
-    if states is None:
-        return curve
-    slips = _states(loaded, values, states, seed)
-    work = _StateRuns(loaded, values, slips, _proved_unique(loaded, values))
-    each = [np.array([curve.displacement, curve.dissipation]), *[np.zeros(0)] * len(slips)]
+            progress(len(rows), len(values))
+    limits = _limits(loaded, values, rows, "auto" if isinstance(open_nodes, str) else opened)
+    slips, unique = np.zeros((0, len(start))), np.zeros(len(values), dtype=bool)
+    if states is not None:
+        slips, unique = _states(loaded, values, states, seed), _proved_unique(loaded, values)
+    of_states = np.full((2, len(slips), len(values)), nan)
+    work = partial(loaded.followed, values, slips, unique)
     for done, (which, runs) in enumerate(finished(work, range(len(slips)), executor, workers), start=1):
-        each[1 + which] = runs
+        of_states[:, which] = runs
         if progress is not None:
             progress(done, len(slips))
-    displacement, dissipation = np.stack(each, axis=1)
-    band = DampingBand(states=slips, displacement=displacement, dissipation=dissipation, unique=work.unique)
-    return replace(curve, band=band)
+    return _curve(loaded, values, rows, limits | {"unique": unique, "states": slips, "of_states": of_states})
 
 
 _Row = dict[str, Any]
@@ -460,31 +395,19 @@ class _LoadedJoint:
         begins = state.history.at(np.ceil(state.history.cycle[:1]))
         return row, (begins.v[0], tuple(np.flatnonzero(begins.state[0] == OPEN).tolist()))
 
+    def followed(self, values: FloatArray, states: FloatArray, skipped: Mask, k: int) -> FloatArray:
+        """Displacement and dissipation at all amplitudes but some from a state, (2, k); else NaN."""
+        found = np.full((2, len(values)), nan)
+        for at in np.flatnonzero(~skipped).tolist():
+            row, _ = self.point(float(values[at]), states[k], self.open_nodes)
+            found[:, at] = row["displacement"], row["dissipation"]
+        return found
+
     def _displacement(self, problem: Problem, state: LongTermState) -> float:
         if problem.load_compliance is None:
             return nan
         moved = float(np.ptp(load_loops(problem, state).displacement[:, self.load]))
         return 0.5 * moved / abs(load_units(self.problem)[self.load].size)
-
-
-@dataclass(frozen=True)
-class _StateRuns:
-    """A function from the number of a state to displacement and dissipation at all amplitudes, (2, k).
-
-    NaN where the limit cycle is ``unique`` anyway.
-    """
-
-    loaded: _LoadedJoint
-    values: FloatArray
-    states: FloatArray
-    unique: NDArray[np.bool_]
-
-    def __call__(self, number: int) -> FloatArray:
-        found = np.full((2, len(self.values)), nan)
-        for k in np.flatnonzero(~self.unique).tolist():
-            row, _ = self.loaded.point(float(self.values[k]), self.states[number], self.loaded.open_nodes)
-            found[:, k] = row["displacement"], row["dissipation"]
-        return found
 
 
 def _states(loaded: _LoadedJoint, values: FloatArray, states: Any, seed: int) -> FloatArray:
@@ -525,13 +448,13 @@ def _checked_amplitudes(amplitudes: ArrayLike) -> FloatArray:
     return values
 
 
-def _curve(loaded: _LoadedJoint, values: FloatArray, rows: list[_Row], **limits: Any) -> DampingCurve:
-    """The columns of some amplitudes, with limits and what else is known."""
+def _curve(loaded: _LoadedJoint, values: FloatArray, rows: list[_Row], known: _Row) -> DampingCurve:
+    """The columns of some amplitudes, with what else is known."""
     problem, load = loaded.problem, loaded.load
     history, unit = require_loads(problem)[1], load_units(problem)[load]
     names, frequency = problem.load_names or (), problem.load_frequency
     words = "displacement dissipation proved slides_away slipping_share"
-    columns = limits | {word: np.array([row[word] for row in rows]) for word in words.split()}
+    columns = known | {word: np.array([row[word] for row in rows]) for word in words.split()}
     return DampingCurve(
         problem=problem,
         load=load,

@@ -300,9 +300,9 @@ def damping_curve(curve: DampingCurve, *, ax: Axes | None = None) -> Axes:
     names = ("damping ratio ζ", "frequency") if modal else ("loss factor η", "secant stiffness")
     (one,) = axes.plot(curve.amplitude, left, ".-", color=style.BLUE, lw=1.3, label=names[0])
     handles: list[Any] = [one]
-    if curve.band is not None:
+    if len(curve.states):
         word = "damping_ratio" if modal else "loss_factor"
-        ends, label = (curve.least[word], curve.largest[word]), f"from {len(curve.band.states)} initial slips"
+        ends, label = (curve.least[word], curve.largest[word]), f"from {len(curve.states)} initial slips"
         handles.append(axes.fill_between(curve.amplitude, *ends, color=style.BLUE, alpha=0.2, label=label))
         handles += _unique_line(axes, curve, left)
     beside = axes.twinx()

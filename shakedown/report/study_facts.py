@@ -260,20 +260,13 @@ def damping_sheet(problem: Problem, curve: DampingCurve) -> Sheet:
         if not np.isnan(limit):
             at = "at any amplitude" if np.isinf(limit) else f"up to {number(limit, SHOWN, 'down')}"
             facts.append(Fact(f"no damping, {how}", at, note="from the initial state"))
-    if curve.band is not None:
+    if len(curve.states):
         same = _numbers(curve.amplitude[curve.unique])
-        facts.append(Fact("initial slips", str(len(curve.band.states)), note="least and largest of all"))
+        facts.append(Fact("initial slips", str(len(curve.states)), note="least and largest of all"))
         note = f"amplitude {', '.join(same)}" if same else "at no amplitude"
         facts.append(Fact("the same from every state", "proved" if same else "not proved", note=note))
     texts = [notes.other_loads] * bool(np.isnan(curve.proved_limit))
     texts += [notes.no_displacement] * (problem.load_compliance is None)
-    if curve.from_zero is not None:
-        where = _numbers(curve.amplitude[curve.differs])
-        if where:
-            ends = "ends elsewhere from the initial state"
-            facts.append(Fact("the start decides", f"at {', '.join(where)}", note=ends))
-        else:
-            texts.append(notes.same_from_start)
     return Sheet(headline(problem), (), None, facts, [Section("", (), [_curve(problem, curve)], texts)])
 
 
@@ -292,7 +285,7 @@ def _curve(problem: Problem, curve: DampingCurve) -> Table:
         columns |= {"stiffness": curve.secant_stiffness, "η": curve.loss_factor}
     else:
         columns |= {"ω / 2π": curve.frequency / (2 * np.pi), "ζ": curve.damping_ratio}
-    if curve.band is not None:
+    if len(curve.states):
         word = "loss_factor" if damped == "η" else "damping_ratio"
         columns |= {f"{damped} least": curve.least[word], f"{damped} largest": curve.largest[word]}
     outcomes = [
