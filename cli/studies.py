@@ -127,8 +127,8 @@ def varied(text: str) -> tuple[str, FloatArray] | None:
     type=options.Parsed("parameter", f"NAME= and {options.FORM}, rising, at most {options.MOST:,}", varied),
     multiple=True,
     required=True,
-    help="NAME=LOW:HIGH:COUNT or NAME=VALUE,VALUE,…; NAME is f, friction, amplitude, mean, phase, "
-    "stiffness or coupling, or a key or constant load of CONFIG.toml. May be given twice.",
+    help="NAME=LOW:HIGH:COUNT or NAME=VALUE,VALUE,…; NAME is f, friction, amplitude, mean or "
+    "phase, or a key of CONFIG.toml. May be given twice.",
 )
 @option(
     "--bounds",
@@ -164,13 +164,12 @@ def sweep(
 ) -> Answer:
     """How the limits on the load factor of FILE move with its parameters.
 
-    f is the friction coefficient; friction, amplitude, mean, stiffness and coupling are
-    factors on what the file has; phase, in periods, moves the tangential loads along
+    f is the friction coefficient; friction, amplitude and mean are factors on what the file
+    has; phase, in periods, moves the tangential loads along
     against the normal ones. What is proved is proved at the values given, not between them.
     FILE may also be the CONFIG.toml of an import: then its numbers are parameters too, by
     keys like contact.gap or load.2.history.harmonics.1.sin (tables and entries of lists are
-    counted from 1), a constant load is varied in its unit by its name ("bolt preload=8:16:5"),
-    and the factor on the friction is friction.factor.
+    counted from 1), and the factor on the friction is friction.factor.
     """
     if len({name for name, _ in vary}) < len(vary):
         raise click.UsageError(f"--vary: expected each parameter once, found {vary[0][0]} twice")

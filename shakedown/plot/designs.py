@@ -138,8 +138,6 @@ NAMES = {
     "amplitude": "factor on the periodic loads",
     "mean": "factor on the mean load",
     "phase": "phase of the tangential loads [periods]",
-    "stiffness": "factor on the stiffness",
-    "coupling": "factor on the coupling B",
 }
 BELOW: dict[str, Any] = {
     "loc": "upper center", "bbox_to_anchor": (0.5, -0.13), "fontsize": "small", "title_fontsize": "small",

@@ -30,11 +30,8 @@ from shakedown.models.importing.import_model import Import, import_model
 ProblemOf = Callable[..., Problem]
 
 # The quantity varied, and its unit.
-PARAMETERS = {
-    "f": "1", "friction": "1", "amplitude": "1", "mean": "1", "phase": "periods", "stiffness": "1",
-    "coupling": "1",
-}  # fmt: skip
-FACTORS = ("friction", "amplitude", "mean", "stiffness", "coupling")
+PARAMETERS = {"f": "1", "friction": "1", "amplitude": "1", "mean": "1", "phase": "periods"}
+FACTORS = ("friction", "amplitude", "mean")
 
 
 def parameter_of(name: str) -> str:
@@ -64,16 +61,12 @@ def with_parameter(problem: Problem, name: str, value: float) -> Problem:
                    load steps, and on ``load_mean``
     ``phase``      the tangential periodic part comes later by this fraction of the period,
                    q¹(t − φ) against p¹(t)
-    ``stiffness``  factor on κ: on A, B and C
-    ``coupling``   factor on B
     ============== =========================================================================
 
     Between load steps the loading is piecewise linear in time, so a phase that is no whole
     number of load steps keeps the corners of both parts and doubles the number of load
     steps; the loads of a joint move both parts at once, so that after it no units of them are known
-    (``load_reactions``). With ``stiffness`` the whole structure is as much stiffer (``load_compliance``,
-    ``load_frequency``); ``coupling`` leaves no frequency. The constant part stays what it was. An
-    initial slip of the problem is not changed.
+    (``load_reactions``). The constant part stays what it was. An initial slip of the problem is not changed.
 
     Parameters
     ----------
@@ -133,14 +126,7 @@ def _changed(problem: Problem, name: str, value: float) -> Problem:
             scaled = Loading(value * loop.q0, value * loop.p0, loop.q1, loop.p1)
             known = _scaled(problem, load_mean=value, q_transient=value, p_transient=value)
             return _loaded(known, scaled, scaled_units(problem, mean=value))
-        case "phase":
-            return _shifted(problem, value)
-        case "coupling":
-            return _scaled(replace(problem, load_frequency=None), B=value)
-    if not value > 0:
-        return _scaled(replace(problem, **NO_LOADS), A=value, B=value, C=value)
-    loads = {"load_compliance": 1.0 / value, "load_frequency": np.sqrt(value)}
-    return _scaled(problem, A=value, B=value, C=value, **loads)
+    return _shifted(problem, value)
 
 
 def _scaled(problem: Problem, **factors: float) -> Problem:
@@ -219,12 +205,7 @@ class Variation:
     @property
     def units(self) -> tuple[str, ...]:
         """The unit of each parameter; empty where it is not known."""
-        base = self.base
-        loads = {load.name: load.unit for load in (base.loads if base is not None else ())}
-        return tuple(
-            PARAMETERS.get(meaning, loads.get(name, ""))
-            for name, meaning in zip(self.parameters, self.meanings, strict=True)
-        )
+        return tuple(PARAMETERS.get(meaning, "") for meaning in self.meanings)
 
     def at(self, values: tuple[float, ...]) -> Problem:
         """The joint at some values of its parameters.
@@ -263,11 +244,10 @@ def checked_variation(
         if isinstance(joint, Problem) and not meaning:
             found = shortened(repr(name))
             raise UsageError(f"vary: expected one of {', '.join(PARAMETERS)}, found {found}")
-        loads = (joint.problem.load_names or ()) if isinstance(joint, Import) else ()
-        if isinstance(joint, Import) and meaning and (name in loads or name == "friction"):
+        if isinstance(joint, Import) and name == "friction":
             raise UsageError(
-                "vary: expected a name of one thing, like f (the friction coefficient) or friction.factor (a "
-                f"factor on it), found {name!r}, also a key of the configuration or a load"
+                "vary: expected f (the friction coefficient) or friction.factor (a factor on it), found "
+                "'friction', also a key of the configuration"
             )
     if isinstance(joint, Problem | Import) and len(vary) == 2 and meanings[0] == meanings[1] != "":
         raise UsageError(f"vary: expected each parameter once, found {meanings[0]} twice")

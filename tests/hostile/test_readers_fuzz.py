@@ -135,11 +135,6 @@ def mesh_bytes(folder, suffix):
     return path.read_bytes()
 
 
-def numpy_bytes(folder):
-    np.save(folder / "map.npy", np.array(DOFS))
-    return (folder / "map.npy").read_bytes()
-
-
 STEPS = [([1, 2], np.ones((2, 3)))]
 FILES = {  # of every format, by its name: texts, bytes or what writes some
     "abaqus-matrix": [writers.abaqus_matrix(K, DOFS)],
@@ -160,7 +155,6 @@ FILES = {  # of every format, by its name: texts, bytes or what writes some
     ],
     "harwell-boeing": [HARWELL],
     "rows": [writers.dof_map(DOFS)],
-    "npy": [numpy_bytes],
     "bulk": [PUNCH],
     "deck": [DECK],
     "archive": [ARCHIVE],

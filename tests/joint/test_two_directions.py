@@ -302,7 +302,7 @@ def test_commands_refuse_in_one_line(command, tmp_path):
 
 def test_other_parameters_keep_both_directions():
     problem = joint()
-    for name in ("friction", "amplitude", "mean", "phase", "coupling", "stiffness"):
+    for name in ("friction", "amplitude", "mean", "phase"):
         assert with_parameter(problem, name, 0.25).directions == 2
     later = with_parameter(problem, "phase", 0.25)
     np.testing.assert_allclose(later.q_w, np.roll(problem.q_w, 6, axis=0), atol=1e-12)

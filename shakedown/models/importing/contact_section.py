@@ -335,13 +335,10 @@ def _initial_gap(table: TomlTable, contact: ContactSection, mesh: Mesh, files: I
         gap = np.array(table.number("gap", 0.0))
     else:
         source = table.table("gap")
-        kinds = [key for key in ("points", "nodes", "file") if source.has(key)]
-        if len(kinds) != 1:
-            found = " and ".join(map(repr, kinds)) or "none"
-            raise source.unfit("one of the keys 'points', 'nodes' and 'file'", found)
-        if kinds == ["points"]:
-            return _gap_of_points(table, source, contact.x)
-        if kinds == ["nodes"]:
+        if source.has("nodes") == source.has("file"):
+            found = "both" if source.has("nodes") else "neither"
+            raise source.unfit("one of the keys 'nodes' and 'file'", found)
+        if source.has("nodes"):
             return _gap_of_nodes(table, source, contact, mesh)
         name, column = str(source.text("file")), source.key_of_column("column") or 1
         source.done()
@@ -367,22 +364,6 @@ def _drawn_gap(table: TomlTable, contact: ContactSection, mesh: Mesh) -> FloatAr
         raise table.wrong("gap", "pairs in a model with coordinates beside 'coordinates'", found)
     apart = mesh.at(labels[:, 0]) - mesh.at(labels[:, 1])
     return np.asarray((apart * contact.unit_normals).sum(axis=1))
-
-
-def _gap_of_points(table: TomlTable, source: TomlTable, x: FloatArray | None) -> FloatArray:
-    """Straight lines between [position, gap]."""
-    points = np.array(source.array("points", float, (None, 2)), dtype=float)
-    source.done()
-    down = np.flatnonzero(np.diff(points[:, 0]) <= 0)
-    if down.size:
-        before, after = points[down[0] : down[0] + 2, 0]
-        raise source.wrong("points", "[x, gap] with x ascending", f"{after:g} after {before:g}")
-    if x is None:
-        raise table.wrong("gap", "positions ('x', or [model]) beside points", "none")
-    if x.ndim > 1:
-        expected = "points where nodes slip in one direction; give a list, a file, nodes or 'coordinates'"
-        raise table.wrong("gap", expected, "two")
-    return np.interp(x, points[:, 0], points[:, 1])
 
 
 def _gap_of_nodes(table: TomlTable, source: TomlTable, contact: ContactSection, mesh: Mesh) -> FloatArray:

@@ -277,9 +277,9 @@ def import_model(
         [thickness]                of a plane model, for the areas of the nodes; default 1 (of an
                                    axisymmetric one the areas are 2 pi r times a length)
         [gap]                      initial gap, negative for interference: a number, a list,
-                                   {file, column}, {points = [[x, gap], …]},
-                                   {nodes = [[node or set, gap], …]}, or "coordinates": between
-                                   the nodes of the pairs as the deck places them
+                                   {file, column}, {nodes = [[node or set, gap], …]}, or
+                                   "coordinates": between the nodes of the pairs as the deck
+                                   places them
 
         [supports]                 rows that are held or have prescribed displacements
         [fixed]                    [[node or set, direction], …]
@@ -291,12 +291,11 @@ def import_model(
                                    *CLOAD lines, a substructure with [case], OUTPUT4 with
                                    matrix, [column]
         [displacements]            [[node or set, direction, value], …]; holds those rows
-        [reactions]                [[x, y], …] or {file, [step] | [steps], [scale], [bodies]}:
-                                   reactions at the contact nodes, all clamped, from a static run;
-                                   steps = [[step, factor], …] adds steps
-        [open]                     {file, [step] | [steps], [scale]}: displacements of the contact
-                                   nodes under the load while nothing acts between the bodies
-        [thermal]                  {file, [step] | [steps], [scale]}: reactions to a temperature
+        [reactions]                [[x, y], …] or {file, [step], [scale], [bodies]}: reactions at the
+                                   contact nodes, all clamped, from a static run
+        [open]                     {file, [step], [scale]}: displacements of the contact nodes under
+                                   the load while nothing acts between the bodies
+        [thermal]                  {file, [step], [scale]}: reactions to a temperature
                                    with every node held
         [mean], [transient]        as in shakedown.LoadCase
         [name]
@@ -325,8 +324,7 @@ def import_model(
         What was typed, for ``source``.
     changes
         Dotted key → number that takes the place of the configuration's; tables of a list and
-        entries of a list are counted from 1: ``{"load.2.history.harmonics.1.sin": 0.5}``. Or the
-        name of a constant load → the load in its unit: ``{"bolt preload": 12.0}``.
+        entries of a list are counted from 1: ``{"load.2.history.harmonics.1.sin": 0.5}``.
     before
         The import of the same configuration as it stands: where the changes touch only
         friction, load steps, loads without prescribed displacements or the gap, the matrix is
@@ -338,10 +336,9 @@ def import_model(
         As :func:`import_problem`.
     """
     root, files = read_toml(config_path), InputFiles(Path(config_path).parent)
-    numbers = load_section.vary_loads(root, changes or {})
-    for key, value in numbers.items():
+    for key, value in (changes or {}).items():
         change_number(root, key, value)
-    kept = before if before is not None and all(map(keeps_stiffness, numbers)) else None
+    kept = before if before is not None and all(map(keeps_stiffness, changes or {})) else None
     asked = Configuration(root)
     context = read_model(asked, files, None if kept is None else (kept.mesh, kept.stiffness))
     contact, mesh = context.contact, context.mesh

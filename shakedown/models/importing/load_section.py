@@ -1,10 +1,8 @@
 """``[[load]]``, ``[supports]`` and ``[check]``: what acts and when, what is held, static runs elsewhere."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -19,7 +17,7 @@ from shakedown.models.readers.abaqus import ELEMENT, read_nodal_loads, read_subs
 from shakedown.models.readers.nastran import read_op4_entries
 from shakedown.models.readers.nodal_vectors import NodalVectors, What
 from shakedown.models.readers.text import InputFiles, listed, quoted, read_lines, read_table, unfit
-from shakedown.models.readers.toml_table import TomlTable, Values, is_number, shown, values_of
+from shakedown.models.readers.toml_table import TomlTable, Values, values_of
 
 Factors = tuple[FloatArray, tuple[str, ...]]  # at the load steps, () or (m,); doubts about them
 
@@ -216,48 +214,6 @@ def load_section(table: TomlTable, context: ImportContext) -> LoadSection:
     return LoadSection(case, rows, doubts)
 
 
-def vary_loads(root: TomlTable, changes: Mapping[str, float]) -> dict[str, float]:
-    """Set constant load cases, called by their names, to values in their units; return the other changes.
-
-    Raises
-    ------
-    ProblemError
-        If a name is that of several loads, or of a key too, or a load is not constant.
-    """
-    tables = root.content.get("load")
-    cases = [table for table in tables if isinstance(table, dict)] if isinstance(tables, list) else []
-    others = {}
-    for name, value in changes.items():
-        named = [table for table in cases if table.get("name") == name]
-        if not named:
-            others[name] = value
-        elif len(named) > 1 or name in root.content:
-            found = f"{len(named)} loads" if len(named) > 1 else "a load and a key"
-            raise unfit(f"{root.where}: {name}", "the name of one thing", found)
-        else:
-            _set_constant(named[0], value, f"{root.where}: {name}")
-    return others
-
-
-def _set_constant(table: dict[str, Any], value: float, where: str) -> None:
-    """Give a constant load this value; its transient load steps and its mean grow with it."""
-    old, per = table.get("history"), table.get("value", 1.0)
-    if not (is_number(old) and is_number(per) and per):
-        raise ProblemError(
-            f"{where}: expected a constant load (history = a number) with a value other than 0, found "
-            f"history = {shown(old)}, value = {shown(per)}; of others the numbers have keys"
-        )
-    table["history"] = value / per
-    later = [key for key in ("mean", "transient") if key in table]
-    if later and not old:
-        raise unfit(where, f"a history other than 0 beside '{later[0]}'", "0")
-    for key in later:
-        numbers = table[key] if isinstance(table[key], list) else [table[key]]
-        if all(map(is_number, numbers)):  # else refused where it is read
-            scaled = [number * table["history"] / old for number in numbers]
-            table[key] = scaled if isinstance(table[key], list) else scaled[0]
-
-
 def _forces(table: TomlTable, context: ImportContext) -> FloatArray | None:
     """Forces on all rows, from a list or from a file."""
     if not isinstance(table.content.get("forces"), dict):
@@ -313,31 +269,23 @@ def held_rows(supports: TomlTable, context: ImportContext, loads: list[LoadSecti
 
 
 def _run_of(source: TomlTable, what: What, context: ImportContext) -> NodalVectors:
-    """The step of a file that a table names, or the sum of some steps, each times a factor; along x, y, z.
-
-    Keys: ``file``; ``step`` (from 1) or ``steps`` = [[step, factor], …]; ``scale``.
-    """
+    """The step of a file that a table names, times a factor, along x, y, z: ``file``, ``step``, ``scale``."""
     name, step, scale = str(source.text("file")), source.integer("step"), source.number("scale", 1.0) or 0.0
-    pairs = source.array("steps", float, (None, 2), required=False)
-    if step is not None and pairs is not None:
-        raise source.unfit("one of the keys 'step' and 'steps'", "both")
     read = partial(nodal_vectors.read_nodal_vectors, what=what)
     runs = context.files.read(name, read, source.at("file"))
-    only = 1 if step is None and len(runs) == 1 else step
-    for number, _ in (pairs := pairs or [[only, 1.0]]):
-        if number not in range(1, len(runs) + 1):
-            raise source.wrong("step", f"1 to {len(runs)}", "none" if number is None else f"{number:g}")
-    chosen, mesh = [runs[int(number) - 1] for number, _ in pairs], context.mesh
-    local = frozenset().union(*(run.local for run in chosen))
-    unknown = sorted(local - set(mesh.rotated))
+    step = 1 if step is None and len(runs) == 1 else step
+    if step is None or not 1 <= step <= len(runs):
+        raise source.wrong("step", f"1 to {len(runs)}", "none" if step is None else step)
+    run = runs[step - 1]
+    unknown = sorted(run.local - set(context.mesh.rotated))
     if unknown:
         raise source.unfit(
             f"{what} along x, y, z, or the *TRANSFORM of the deck in [model]",
             f"those of node {unknown[0]} in directions of its own (*NODE PRINT, GLOBAL=YES writes x, y, z)",
         )
     if context.mesh.is_known:
-        chosen = [nodal_vectors.in_model_directions(run, mesh.directions_of) for run in chosen]
-    return nodal_vectors.combined(chosen, [scale * factor for _, factor in pairs])
+        run = nodal_vectors.in_model_directions(run, context.mesh.directions_of)
+    return replace(run, vectors=scale * run.vectors)
 
 
 def _clamped_run(table: TomlTable, context: ImportContext) -> tuple[FloatArray | None, FloatArray | None]:

@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from shakedown.files.npz import read_array, read_header
 from shakedown.ground.constants import FloatArray, IntArray
-from shakedown.ground.errors import ProblemError, found_in
+from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.formats import Format, format_of
 from shakedown.models.readers.stiffness import (
     Rows,
@@ -30,7 +29,6 @@ from shakedown.models.readers.text import (
     REAL,
     integers,
     numbers,
-    open_input,
     quoted,
     read_lines,
     unfit,
@@ -55,7 +53,7 @@ def row_map(rows: Rows, size: int, where: str, format: str) -> IntArray:
         - lines ``equation node direction``, as Ansys' ``HBMAT`` writes them;
         - one node number per row or per node (also as a Matrix Market array, as
           Ansys exports its node vector): the directions are then 1, 2, … of each node;
-        - any of these as an array of NumPy (``.npy``); directions and equations may count from 0;
+          (directions and equations may count from 0);
         - an input deck of Abaqus or CalculiX: the nodes in its order, likewise;
         - Nastran bulk data with EXTRN, ASET, USET cards or the like.
     size
@@ -103,18 +101,6 @@ def read_row_map(path: str | os.PathLike[str], size: int | None = None) -> IntAr
     [[7, 1], [7, 2]]
     """
     return format_of(path, "rows").reads["rows"](path, size)
-
-
-def _array(path: str | os.PathLike[str], size: int | None) -> IntArray:
-    """The map of the numbers of an ``.npy`` file."""
-    name = os.fspath(path)
-    with open_input(path) as file, found_in(name):
-        header = read_header(file)
-        file.seek(0)
-        found = read_array(file, header, os.fstat(file.fileno()).st_size)
-    if found.dtype.kind not in "iuf" or found.ndim not in (1, 2) or not found.size:
-        raise unfit(name, "numbers (node, direction) of every row", f"{found.dtype} of shape {found.shape}")
-    return _of_columns(found.astype(float).reshape(len(found), -1), size, name)
 
 
 def _listed(path: str | os.PathLike[str], size: int | None) -> IntArray:
@@ -388,7 +374,6 @@ def _begins_with_entry(text: str) -> bool:
 _OF_MARKET: dict[str, Callable[..., Any]] = {"stiffness": read_matrix_market, "rows": _node_vector}
 _BOEING, _NUMBERED = {"stiffness": read_harwell_boeing}, {"stiffness": read_calculix_storage}
 FORMATS = (
-    Format("npy", "an array of NumPy", {"rows": _array}, begins=re.compile("\x93NUMPY").match),
     Format("matrix-market", "Matrix Market", _OF_MARKET, ("rows",), begins=_MARKET.match),
     Format("harwell-boeing", "Harwell-Boeing", _BOEING, ("rows",), begins=is_harwell_boeing),
     Format("numbered", "Abaqus COORDINATE, CalculiX .sti", _NUMBERED, ("rows",), begins=_begins_with_entry),

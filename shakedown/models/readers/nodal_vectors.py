@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, NoReturn
@@ -85,32 +85,6 @@ class NodalVectors:
                 f"({len(absent)} of {len(nodes)} are missing)"
             )
         return [index[int(node)] for node in nodes]
-
-
-def combined(steps: Sequence[NodalVectors], factors: Sequence[float]) -> NodalVectors:
-    """The sum of some steps, each times a factor, at the nodes of the first.
-
-    Raises
-    ------
-    ProblemError
-        If another step lacks one of these nodes.
-
-    Examples
-    --------
-    >>> zero, nodes = np.zeros((1, 3)), np.array([7])
-    >>> one, two = (NodalVectors("reactions", ("N",), t, nodes, zero + t) for t in (1.0, 2.0))
-    >>> combined([two, one], [1.0, -1.0]).vectors
-    array([[1., 1., 1.]])
-    """
-    first = steps[0]
-    places = [step.places(first.nodes, "node") for step in steps]
-    pairs = list(zip(steps, places, factors, strict=True))
-    return replace(
-        first,
-        vectors=np.sum([factor * step.vectors[place] for step, place, factor in pairs], axis=0),
-        by_calculix=any(step.by_calculix for step in steps),
-        local=frozenset().union(*(step.local for step in steps)),
-    )
 
 
 def in_model_directions(run: NodalVectors, directions: Callable[[IntArray], FloatArray]) -> NodalVectors:

@@ -31,11 +31,11 @@ def punch(tmp_path):
 def test_a_gap_and_an_interference(punch):
     plain = import_problem(punch / "import.toml")
     gap = 1e-3 * (plain.x - 2.0) ** 2 - 2e-4
-    points = [[float(x), float(g)] for x, g in zip(plain.x, gap, strict=True)]
-    (punch / "gap.csv").write_text("x;gap\n" + "".join(f"{x:.17g};{g:.17g}\n" for x, g in points))
+    (punch / "gap.csv").write_text(
+        "x;gap\n" + "".join(f"{x:.17g};{g:.17g}\n" for x, g in zip(plain.x, gap, strict=True))
+    )
     pairs = ('pairs = ["PUNCH_FOOT", "BLOCK_TOP"]', f"pairs = {[[k, 1072 + k] for k in range(1, 10)]}")
     kinds = {
-        f"gap = {{ points = {points} }}": (),
         f"gap = {gap.tolist()}": (pairs,),
         'gap = { file = "gap.csv", column = "gap" }': (pairs,),
         f"gap = {{ nodes = {[[1 + k, float(g)] for k, g in enumerate(gap)]} }}": (),
@@ -56,7 +56,6 @@ def test_a_gap_and_an_interference(punch):
         np.testing.assert_allclose(found.q_w, expected.q_w, rtol=0, atol=1e-9 * np.abs(expected.p_w).max())
     for text, message in (
         ("gap = [0.1]", "key 'gap': expected no list beside sets of nodes, .* found one of length 1"),
-        ("gap = { points = [[1, 0], [0, 1]] }", "with x ascending, found 0 after 1"),
         ("gap = nan", "a finite number, found nan"),
         ('gap = "deck"', "key 'gap': expected 'coordinates', a number, a list or a table, found 'deck'"),
         ("gap = { nodes = [[17, 0.1]] }", "key 'gap': expected contact nodes, found node 17"),
@@ -65,8 +64,8 @@ def test_a_gap_and_an_interference(punch):
         ('gap = { nodes = [[1, "0.1"]] }', r"expected a finite number, found \[1, '0.1'\]"),
         ("gap = { nodes = [[1.5, 0.1]] }", r"or the name of a set., found 1.5"),
         (
-            "gap = { nodes = [[1, 0.1]], points = [[0, 1]] }",
-            "expected one of the keys 'points', 'nodes' and 'file'",
+            'gap = { nodes = [[1, 0.1]], file = "gap.csv" }',
+            "expected one of the keys 'nodes' and 'file', found both",
         ),
     ):
         with pytest.raises(ProblemError, match=message):

@@ -70,46 +70,7 @@ def test_what_is_no_unit_or_value_is_said(stated, line, message):
         import_problem(stated)
 
 
-def test_a_constant_load_is_varied_in_its_unit_by_its_name(stated):
-    """0.7 kN are factor 1; the matrix is not condensed again."""
-    made = shakedown.import_model(stated)
-    heavier = shakedown.import_model(stated, changes={"pressed down": 1.05}, before=made)
-    assert heavier.condensation is made.condensation
-    assert [load.mean for load in heavier.problem.loads[:1]] == [1.05]
-    stated.write_text(stated.read_text().replace("history = 1.0 ", "history = 1.5 "))
-    edited = import_problem(stated)
-    for key in ("q_w", "p_w", "load_mean", "load_amplitude"):
-        np.testing.assert_allclose(
-            getattr(heavier.problem, key), getattr(edited, key), rtol=1e-13, atol=1e-11
-        )
-
-
-@pytest.mark.parametrize(
-    ("name", "old", "new", "message"),
-    [
-        ("pushed to and fro", "", "", r"expected a constant load .*found history = \{'harmonics'"),
-        (
-            "pressed down",
-            '"pushed to and fro"',
-            '"pressed down"',
-            "expected the name of one thing, found 2 loads",
-        ),
-    ],
-)
-def test_a_name_that_is_no_constant_load_is_said(stated, name, old, new, message):
-    assert old in stated.read_text()
-    if old:
-        stated.write_text(stated.read_text().replace(old, new))
-    with pytest.raises(ProblemError, match=message):
-        shakedown.import_model(stated, changes={name: 1.0})
-
-
 def test_a_sweep_says_which_names_it_cannot_take(stated):
     problem = import_problem(stated)
     with pytest.raises(UsageError, match=r"vary: expected one of f, .*, found 'pressed down'"):
         shakedown.sweep(problem, {"pressed down": [1.0]})
-    stated.write_text(stated.read_text().replace('"pressed down"', '"mean"'))
-    with pytest.raises(
-        UsageError, match=r"a name of one thing, .*, found 'mean', also a key of the configuration or a load"
-    ):
-        shakedown.sweep(shakedown.import_model(stated), {"mean": [1.0]})
