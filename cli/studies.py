@@ -136,13 +136,7 @@ def varied(text: str) -> tuple[str, FloatArray] | None:
     help=f"Limits to compute: some of {','.join(shakedown.BOUNDS)}.  [default: all that the joint has but "
     "creep]",
 )
-@option(
-    "--load-factor",
-    "load_factors",
-    type=float,
-    multiple=True,
-    help="Simulate at this λ too; may be repeated. The first one (else 1) is the one spoken about.",
-)
+@option("--load-factor", type=click.FloatRange(min=0.0), default=1.0, help="The λ that is spoken about.")
 @options.initial
 @options.open_nodes
 @option("--quick", is_flag=True, help="λ_T to 0.1 %.")
@@ -156,6 +150,7 @@ def sweep(
     joint: Problem | shakedown.Import,
     vary: tuple[tuple[str, FloatArray], ...],
     bounds: str | None,
+    load_factor: float,
     initial: str,
     output: Path | None,
     picture: Path | None,
@@ -188,9 +183,8 @@ def sweep(
         )
     if not any(point["exists"] for point in found.points):
         raise click.UsageError(f"--vary: no value makes a joint: {found.points[0]['reason']}")
-    spoken = next(iter(settings["load_factors"]), 1.0)
-    draw(picture, "regions", found, load_factor=spoken)
-    sheet = partial(sweep_sheet, problem, found, spoken)
+    draw(picture, "regions", found, load_factor=load_factor)
+    sheet = partial(sweep_sheet, problem, found, load_factor)
     return Answer(partial(document, problem, found), sheet, bool(found.contradictions))
 
 

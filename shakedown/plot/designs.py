@@ -201,7 +201,6 @@ def _against_one(diagram: Any, axes: Axes) -> Axes:
         whole = diagram.of_joint(name)
         curve = np.where(np.isfinite(whole), whole, np.nan)
         axes.plot(x, curve, color=colour, ls=dashes, marker=".", ms=4, lw=1.4, label=BOUNDS[name].titled)
-    _draw_outcomes(axes, diagram)
     axes.set(xlabel=_named(diagram, 0), ylabel="load factor λ", ylim=(0.0, top))
     if len(x) > 1:
         axes.set_xlim(x[0], x[-1])
@@ -222,24 +221,6 @@ def _tinted(colour: str) -> tuple[float, ...]:
     """The light colour of a region's area."""
     # share of a region's colour in the tint of its area
     return tuple(1.0 - 0.35 * (1.0 - part) for part in to_rgb(colour))
-
-
-def _draw_outcomes(axes: Axes, diagram: Any) -> None:
-    """Draw simulated outcomes on top."""
-    marks = {"shakedown": ("shakes down", "o"), "cyclic-slip": ("slips for ever", "x"), "": ("others", "+")}
-    x, y = np.meshgrid(diagram.values[0], diagram.load_factors_simulated, indexing="ij")
-    left = diagram.outcomes != ""
-    for outcome, (label, mark) in marks.items():
-        here = left & (diagram.outcomes == outcome) if outcome else left
-        left &= ~here
-        if here.any():
-            look: dict[str, Any] = {
-                "mfc": "white" if mark == "o" else style.BLACK,
-                "label": f"simulated: {label}",
-            }
-            axes.plot(
-                x[here], y[here], mark, color=style.BLACK, ms=5, mew=1.2, zorder=4, clip_on=False, **look
-            )
 
 
 def _over_two(diagram: Any, load_factor: float, axes: Axes) -> Axes:

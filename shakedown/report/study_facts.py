@@ -223,16 +223,11 @@ def sweep_sheet(problem: Problem, found: Sweep, load_factor: float = 1.0) -> She
             heading = claim.removeprefix("proved from ").removesuffix(" above")
         limits[heading] = [number(size, SHOWN, way) for size in sizes.ravel()]
     sections = [Section("", (), [_table(found, limits)], texts)]
-    simulated = {
-        f"λ = {factor:g}": [outcome or "–" for outcome in found.outcomes[..., k].ravel()]
-        for k, factor in enumerate(found.load_factors_simulated)
-    }
     slips = [point.get("slip_criterion", {}) for point in found.points]
     for asked in [each for each in slips if each][:1]:
         heading = f"slips below {sized(asked['below'], units_of(problem).length)} up to"
-        simulated[heading] = [number(each.get("load_factor"), SHOWN, "down") for each in slips]
-    if simulated:
-        sections.append(Section("Simulated from this state", (), [_table(found, simulated)]))
+        shown = {heading: [number(each.get("load_factor"), SHOWN, "down") for each in slips]}
+        sections.append(Section("Simulated from this state", (), [_table(found, shown)]))
     return Sheet(headline(problem, limits=True), (), None, facts, sections)
 
 

@@ -24,7 +24,6 @@ from shakedown.joint.arguments import is_finite, real_array
 from shakedown.joint.constraints import Loading, loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import NO_LOADS, scaled_units
-from shakedown.long_term.find_state import long_term_state
 from shakedown.models.importing.import_model import Import, import_model
 
 ProblemOf = Callable[..., Problem]
@@ -278,7 +277,7 @@ def no_point(values: Mapping[str, float], reason: str) -> Record:
     ``exists``, ``values`` of the parameters, ``reason`` why there is no joint; ``guarantee``: whether λ_1 is
     a guarantee, empty where it was not asked for; ``open_nodes`` in the state that λ_max and λ_E belong to;
     ``proved_from_this_state`` as ``assess`` has it, whichever limits from this state are asked for;
-    ``outcomes`` at each load factor that was asked for; ``contradictions``: limits that cannot all be right,
+    ``contradictions``: limits that cannot all be right,
     in words.
     """
     return {
@@ -288,7 +287,6 @@ def no_point(values: Mapping[str, float], reason: str) -> Record:
         "guarantee": "",
         "open_nodes": [],
         "proved_from_this_state": nan,
-        "outcomes": [],
         "contradictions": [],
     }
 
@@ -298,7 +296,6 @@ def design_point(
     values: Mapping[str, float],
     *,
     bounds: tuple[str, ...] = tuple(BOUNDS),
-    load_factors: tuple[float, ...] = (),
     initial_slip: FloatArray | None = None,
     open_nodes: tuple[int, ...] | Literal["auto"] = "auto",
     quick: bool = False,
@@ -335,9 +332,6 @@ def design_point(
     opened = found["upper"].open_nodes if found.get("upper") else ()
     proofs = [kind.name for kind in kinds_of(Claim.THIS_STATE)]
     here = attempt_any(getattr, joint, "proved_from_this_state") if {*bounds} & {*proofs} else nan
-    ends = [  # missing where loads are too large to follow
-        attempt_any(long_term_state, problem, x, initial_slip, tolerances=tolerances) for x in load_factors
-    ]
     if problem.q_transient is None:  # these are about closed nodes, and a transient may open some
         proofs += ["universal"] + ["lower"] * (guarantee == Guarantee.PROVED)
     numbers = {name: limit["load_factor"] for name, limit in limits.items()}
@@ -355,7 +349,6 @@ def design_point(
         "guarantee": guarantee if "lower" in bounds else "",
         "open_nodes": list(opened),
         "proved_from_this_state": nan if isinstance(here, Missing) else here,
-        "outcomes": [str(end.outcome if end else Outcome.UNDECIDED) for end in ends],
         "contradictions": contradictions,
     }
 

@@ -108,8 +108,6 @@ class Sweep(Result):
         Their values, one rising array each.
     bounds
         Names of the limits that were asked for.
-    load_factors_simulated
-        Where the joint was simulated from the state asked about.
     points
         The record of every combination, the last parameter running fastest: what
         :func:`~shakedown.studies.design_point.design_point` says.
@@ -121,7 +119,6 @@ class Sweep(Result):
     units: tuple[str, ...]
     values: tuple[FloatArray, ...]
     bounds: tuple[str, ...]
-    load_factors_simulated: tuple[float, ...]
     points: tuple[Record, ...] = field(repr=False)
 
     def __repr__(self) -> str:
@@ -164,13 +161,6 @@ class Sweep(Result):
             for point in self.points
             for text in point["contradictions"]
         )
-
-    @property
-    def outcomes(self) -> NDArray[np.str_]:
-        """What becomes of the joint at each simulated load factor (last axis); empty without a joint."""
-        nothing = [""] * len(self.load_factors_simulated)
-        entries = [point["outcomes"] or nothing for point in self.points]
-        return np.array(entries, dtype=np.str_).reshape(*self.shape, len(nothing))
 
     def load_factors(self, name: str) -> FloatArray:
         """The load factors of a limit by its name; NaN where there is none."""
@@ -233,7 +223,6 @@ class Sweep(Result):
             "name": self.name,
             "parameters": [{"name": name, "values": values} for name, values in pairs],
             "bounds": self.bounds,
-            "load_factors_simulated": self.load_factors_simulated,
             "points": [
                 {name: value for name, value in point.items() if name != "contradictions"}
                 for point in self.points
@@ -302,8 +291,6 @@ class Sweep(Result):
                 yield "guarantee", "", [point["guarantee"] for point in points]
         if {*self.bounds} & {kind.name for kind in kinds_of(Claim.THIS_STATE)}:
             yield "proved_from_this_state", "1", [point["proved_from_this_state"] for point in points]
-        for k, load_factor in enumerate(self.load_factors_simulated):
-            yield f"outcome at lambda = {load_factor!r}", "", self.outcomes[..., k].ravel().tolist()
         if any("slip_criterion" in point for point in points):
             known = [point.get("slip_criterion", {}) for point in points]
             yield "lambda_slip", "1", [slips.get("load_factor", nan) for slips in known]
@@ -328,7 +315,6 @@ def sweep(
     vary: Mapping[str, ArrayLike],
     *,
     bounds: Sequence[str] | None = None,
-    load_factors: Sequence[float] = (),
     initial_slip: ArrayLike | None = None,
     open_nodes: Iterable[int] | Literal["auto"] = "auto",
     quick: bool = False,
@@ -362,10 +348,8 @@ def sweep(
         ``"accumulated"`` (λ_S, the :func:`accumulated_bound`),
         ``"transient"`` (λ_T), ``"creep"`` (λ_c), ``"upper"`` (λ_max); by default all that the joint has
         but λ_c: with two tangential directions λ_U, λ_E, λ_S, λ_T and λ_max.
-    load_factors
-        Where to simulate what becomes of the joint from the state asked about.
     initial_slip : (n,), optional
-        The state that λ_E, λ_S, λ_T and simulations are about [length]; zero by default.
+        The state that λ_E, λ_S and λ_T are about [length]; zero by default.
     open_nodes
         The nodes that stay open, for λ_max and λ_E; ``"auto"``: those of the best zone found.
     quick
@@ -408,11 +392,8 @@ def sweep(
     ['never', 'depends on the state']
     """
     variation, values = checked_variation(joint, vary)
-    for load_factor in load_factors:
-        check_load_factor(load_factor)
     asked: dict[str, Any] = {
         "bounds": _checked_bounds(bounds, variation.base),
-        "load_factors": tuple(map(float, load_factors)),
         "initial_slip": None if initial_slip is None else real_array("initial slip", initial_slip),
         "open_nodes": open_nodes if isinstance(open_nodes, str) else tuple(open_nodes),
         "quick": bool(quick),
@@ -432,7 +413,7 @@ def sweep(
     with run_pieces(partial(_point, variation, places, asked), len(places), **run) as pieces:
         about = variation.name, variation.parameters, variation.meanings, variation.units
         points = tuple(text_of(piece) for piece in pieces)
-        found = Sweep(*about, values, asked["bounds"], asked["load_factors"], points)
+        found = Sweep(*about, values, asked["bounds"], points)
         if output is not None:
             found.save(output)
     return found

@@ -41,9 +41,8 @@ def test_of_a_function_that_makes_joints_what_there_is_not_is_undecided_with_the
         sweep(JOINT, {"f": [0.4, 0.5]}, bounds=["lower"])
 
 
-def test_what_becomes_of_every_point_and_up_to_where_its_slips_are_small():
-    found = sweep(JOINT, {"friction": [1.0]}, bounds=["upper"], load_factors=[0.5, 2.0], slip_below=0.05)
+def test_up_to_where_the_slips_of_every_point_are_small():
+    found = sweep(JOINT, {"friction": [1.0]}, bounds=["upper"], slip_below=0.05)
     (point,), upper = found.points, found.upper[0]
-    assert point["outcomes"] == ["shakedown", "cyclic-slip"]
     assert 0.9 * upper < point["slip_criterion"]["load_factor"] < 2.0 * upper
     assert 0 <= point["slip_criterion"]["largest"] < 0.05
