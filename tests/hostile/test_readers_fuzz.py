@@ -169,8 +169,8 @@ FILES = {  # of every format, by its name: texts, bytes or what writes some
     "frd": [writers.calculix_frd(STEPS)],
 }
 ARGUMENTS = {  # by what a file holds
-    "stiffness": {"rows": np.array(DOFS), "matrix": None, "superelement": None},
-    "mesh": {"superelement": None},
+    "stiffness": {"rows": np.array(DOFS), "matrix": None},
+    "mesh": {},
     "rows": {"size": 6},
     "vectors": {"what": "displacements"},
 }

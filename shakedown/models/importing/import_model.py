@@ -246,8 +246,6 @@ def import_model(
                                    'node direction' lines, Ansys' node vector or .mapping,
                                    the deck, Nastran's EXTRN or ASET cards
         [matrix]                   which matrix of a Nastran file; "KXX(2)" is the second of a name
-        [superelement]             which one of Nastran files that hold several (BEGIN SUPER n,
-                                   SECONCT), here, in [model] and in the map
         [scale]                    factor on the stiffness: a thickness, a unit, one over the size of unit
                                    displacements; of an axisymmetric model 360 over the degrees that the
                                    matrix stands for, where the deck does not say it
@@ -474,9 +472,9 @@ def read_model(
     if kept is not None:
         mesh = kept[0] or mesh
     elif asked.model.content:
-        name, superelement = str(asked.model.text("file")), asked.stiffness.copy().integer("superelement")
+        name = str(asked.model.text("file"))
         asked.model.done()
-        mesh = files.read(name, lambda path: read_any_mesh(path, superelement), asked.model.at("file"))
+        mesh = files.read(name, read_any_mesh, asked.model.at("file"))
     contact = contact_of(asked.contacts, mesh, files)
     stiffness = stiffness_section(asked.stiffness, contact, mesh, files) if kept is None else kept[1]
     # CalculiX stores rows along x, y, z even in a *TRANSFORM; but a *BOUNDARY there removes a row that is

@@ -94,8 +94,8 @@ def stiffness_section(table: TomlTable, contact: ContactSection, mesh: Mesh, fil
         If it is malformed or a file cannot be read.
     """
     name, map_name = str(table.text("file")), table.text("map", required=False)
-    matrix, superelement = table.text("matrix", required=False), table.integer("superelement")
-    scale, accuracy = table.number("scale"), table.number("accuracy")
+    matrix, scale = table.text("matrix", required=False), table.number("scale")
+    accuracy = table.number("accuracy")
     table.done()
     if scale is not None and not scale > 0:
         raise table.wrong("scale", "a number > 0", f"{scale:g}")
@@ -112,8 +112,8 @@ def stiffness_section(table: TomlTable, contact: ContactSection, mesh: Mesh, fil
             beside = str(Path(name).with_suffix(suffix))
             if map_name is None and beside != name and files.path(beside).is_file():
                 map_name = beside
-        read = partial(read_stiffness, format=found, matrix=matrix, superelement=superelement)
-        stiffness = _matrix(name, map_name, read, superelement, mesh, files, table)
+        read = partial(read_stiffness, format=found, matrix=matrix)
+        stiffness = _matrix(name, map_name, read, mesh, files, table)
         _check_whole(stiffness, map_name, str(files.path(name)))
     factor = _circumference(mesh, stiffness.format, scale, table.where)
     return replace(
@@ -165,7 +165,6 @@ def _matrix(
     name: str,
     map_name: str | None,
     read: Callable[..., Stiffness],
-    superelement: int | None,
     mesh: Mesh,
     files: InputFiles,
     table: TomlTable,
@@ -177,25 +176,20 @@ def _matrix(
     else:
 
         def with_map(rows: Path) -> Stiffness:
-            own = rows if superelement is None else nastran.read_analysis_set(rows, superelement)
-            return files.read(name, partial(read, dof_map=own), table.at("file"))
+            return files.read(name, partial(read, dof_map=rows), table.at("file"))
 
         stiffness = files.read(map_name, with_map, table.at("map"))
         if not mesh.is_known and stiffness.format == "Nastran OUTPUT4":
-            frames = files.read(map_name, partial(_frames, superelement), table.at("map"))
+            frames = files.read(map_name, _frames, table.at("map"))
     with found_in(files.path(name)):
         return stiffness.in_basic_directions(frames)
 
 
-def _frames(superelement: int | None, path: Path) -> Mapping[int, FloatArray]:
+def _frames(path: Path) -> Mapping[int, FloatArray]:
     """Directions of the grid points of a punch file, where it holds any."""
     lines = read_lines(path)
-    if not nastran.is_bulk_data(lines):
-        return {}
-    lines = nastran.of_superelement(lines, superelement, str(path))
-    if not any(card == "GRID" for _, card, _ in nastran.cards(lines)):
-        return {}
-    return nastran.read_grids(path, superelement).frames
+    bulk = nastran.is_bulk_data(lines) and any(card == "GRID" for _, card, _ in nastran.cards(lines))
+    return nastran.read_grids(path).frames if bulk else {}
 
 
 def _unit_displacements(contact: ContactSection, axisymmetric: bool, path: Path) -> Stiffness:

@@ -40,7 +40,7 @@ class Format:
         (:class:`~shakedown.models.readers.mesh.Mesh`), of the rows of a matrix, (N, 2), by the path and N, or
         of reactions and displacements.
     takes
-        Which keywords these readers take: ``rows`` (the map), ``matrix``, ``superelement``.
+        Which keywords these readers take: ``rows`` (the map), ``matrix``.
     begins
         Whether the first thousand bytes of a file, one character each, are those of one.
     contains
@@ -122,7 +122,6 @@ def read_stiffness(
     *,
     dof_map: Rows = None,
     matrix: str | None = None,
-    superelement: int | None = None,
     format: str | None = None,
 ) -> Stiffness:
     """Read a stiffness matrix from a file of any format that carries one.
@@ -136,8 +135,6 @@ def read_stiffness(
         :func:`shakedown.models.readers.mapped_matrices.row_map` lists, or its content.
     matrix
         Which matrix of a Nastran file; ``"MASS"`` of an Abaqus substructure.
-    superelement
-        Which superelement of a Nastran punch file that holds several.
     format
         What :func:`stiffness_format` has found, where that is known already.
 
@@ -157,27 +154,22 @@ def read_stiffness(
     """
     name = stiffness_format(path) if format is None else format
     found = next(each for each in formats() if each.name == name)
-    given = {"rows": dof_map, "matrix": matrix, "superelement": superelement}
-    takes = (*found.takes, "superelement") if name == "op4" else found.takes  # that is of its map
+    given = {"rows": dof_map, "matrix": matrix}
     for key, what, why in (
         ("rows", "map file", "has its own labels"),
         ("matrix", "matrix name", "holds one matrix"),
-        ("superelement", "superelement", "is not Nastran's"),
     ):
-        if given[key] is not None and key not in takes:
+        if given[key] is not None and key not in found.takes:
             raise unfit(os.fspath(path), f"no {what}, because a {name} file {why}", "one")
     return found.reads["stiffness"](path, **{key: given[key] for key in found.takes})
 
 
-def read_any_mesh(path: str | os.PathLike[str], superelement: int | None = None) -> Mesh:
+def read_any_mesh(path: str | os.PathLike[str]) -> Mesh:
     """Read a mesh from a file of any format that carries one: a deck, bulk data, a list of nodes ….
-
-    ``superelement`` picks one of a Nastran file with several.
 
     Raises
     ------
     ProblemError
         As the reader of the format raises it.
     """
-    found = format_of(path, "mesh")
-    return found.reads["mesh"](path, **dict.fromkeys(found.takes, superelement))
+    return format_of(path, "mesh").reads["mesh"](path)

@@ -78,56 +78,22 @@ def card_fields(text: str) -> tuple[str, list[str]]:
     return first, [padded[8 + width * i : 8 + width * (i + 1)].strip() for i in range(count)]
 
 
-def of_superelement(lines: list[str], superelement: int | None, name: str) -> list[str]:
-    """The lines of one superelement; those of others are blank, so that the numbers of lines stay.
-
-    A section begins with ``BEGIN SUPER n``; a file without sections (``.asm``) says
-    by its SECONCT cards which points are those of which superelement.
-
-    Parameters
-    ----------
-    lines, name
-        The file, and what messages call it.
-    superelement
-        Which one; None where the file has one at most.
+def lines_of_one(path: str | os.PathLike[str]) -> list[str]:
+    """The lines of a file that holds one superelement at most: by its sections, else its SECONCT cards.
 
     Raises
     ------
     ProblemError
-        If there are several and none is named, or there is none of that number.
-
-    Examples
-    --------
-    >>> both = ["BEGIN SUPER 101", "EXTRN,3,12", "BEGIN SUPER=102", "EXTRN,5,12"]
-    >>> of_superelement(both, 102, "both.pch")
-    ['', '', 'BEGIN SUPER=102', 'EXTRN,5,12']
+        If there are several, as ``BEGIN SUPER n`` or the SECONCT cards of an ``.asm`` file say.
     """
-    owner = _owners(lines, name)
-    known = list(dict.fromkeys(number for number in owner if number))
-    if superelement is None:
-        if len(known) > 1:
-            raise unfit(name, f"the key 'superelement' (one of {listed(map(str, known))})", "none")
-        return lines
-    if superelement not in known:
-        raise unfit(name, f"the superelement {superelement}", listed(map(str, known)))
-    return [line if number in (superelement, None) else "" for line, number in zip(lines, owner, strict=True)]
-
-
-def _owners(lines: list[str], name: str) -> list[int | None]:
-    """The superelement of every line: 0 for the main part of a file with sections, None for all."""
-    owner: list[int | None] = []
-    section: int | None = None
-    for line in lines:
-        if match := _BEGIN.match(line.strip()):
-            section = int(match[1] or 0)
-        owner.append(section)
-    if any(owner):
-        return [number or 0 for number in owner]
-    owner = [None] * len(lines)
-    for (k, card, fields), last in spans(lines):
-        if card == "SECONCT":
-            owner[k - 1 : last] = [integers(fields[:1], f"{name}: line {k}")[0]] * (last - k + 1)
-    return owner
+    name, lines = os.fspath(path), read_lines(path)
+    known = {int(match[1] or 0) for line in lines if (match := _BEGIN.match(line.strip()))} - {0}
+    if not known:
+        connected = ((k, fields) for k, card, fields in cards(lines) if card == "SECONCT")
+        known = {integers(fields[:1], f"{name}: line {k}")[0] for k, fields in connected}
+    if len(known) > 1:
+        raise unfit(name, "one superelement", f"{listed(map(str, sorted(known)))}; give a file of one alone")
+    return lines
 
 
 def chosen_matrix(names: list[str], matrix: str | None, where: str, scalars: Sequence[int] = ()) -> int:
@@ -183,14 +149,13 @@ def is_bulk_data(lines: list[str]) -> bool:
     return any(_CARDS.match(line.upper()) for line in lines)
 
 
-def read_analysis_set(path: str | os.PathLike[str], superelement: int | None = None) -> IntArray:
+def read_analysis_set(path: str | os.PathLike[str]) -> IntArray:
     """(point, component) of every row of a matrix of the analysis set, (N, 2).
 
     EXTRN gives the order itself. ASET, BSET, CSET, QSET (also ASET1 …) and, where
     there are none of these, USET and USET1 give the members, which Nastran orders
     by point and component. SECONCT (the ``.asm`` file) gives the points: six
-    components for a GRID, one (0) for an SPOINT. Scalar points have component 0. Of a
-    file with several superelements the one to take must be named.
+    components for a GRID, one (0) for an SPOINT. Scalar points have component 0.
 
     Raises
     ------
@@ -207,7 +172,7 @@ def read_analysis_set(path: str | os.PathLike[str], superelement: int | None = N
     """
     name = os.fspath(path)
     found: dict[str, list[tuple[str, list[str]]]] = defaultdict(list)
-    for k, card, fields in cards(of_superelement(read_lines(path), superelement, name)):
+    for k, card, fields in cards(lines_of_one(path)):
         found[card].append((f"{name}: line {k}", fields[1:] if card in ("USET", "USET1") else fields))
     for pairs, lists in _ROWS:
         rows = [row for card in pairs for own in found[card] for row in _of_pairs(*own)]
@@ -261,19 +226,17 @@ def _of_list(where: str, fields: list[str]) -> Iterator[tuple[int, int]]:
     return ((point, component) for point in points for component in components)
 
 
-def read_grids(path: str | os.PathLike[str], superelement: int | None = None) -> Mesh:
+def read_grids(path: str | os.PathLike[str]) -> Mesh:
     """Grid points in the basic system, with the output directions (``frames``) of those that have their own.
 
-    Read by pyYeti (the extra ``nastran``): GRID with CORD2R, CORD2C and CORD2S. Of a file
-    with several superelements the one to take must be named.
+    Read by pyYeti (the extra ``nastran``): GRID with CORD2R, CORD2C and CORD2S.
 
     Raises
     ------
     ProblemError
         If pyYeti is not installed or cannot read the cards, or there are none.
     """
-    name = os.fspath(path)
-    lines = of_superelement(read_lines(path), superelement, name)
+    name, lines = os.fspath(path), lines_of_one(path)
     read = ("GRID", "CORD2R", "CORD2C", "CORD2S")
     found = [(card[1], lines[card[0] - 1 : last]) for card, last in spans(lines) if card[1] in read]
     own = [line.split("$")[0].rstrip() for _, lines in found for line in lines]
@@ -311,9 +274,7 @@ def pyyeti_module(module: str, name: str) -> ModuleType:
 _REAL = (1, 2)  # types: single and double precision
 
 
-def read_nastran_dmig(
-    path: str | os.PathLike[str], matrix: str | None = None, superelement: int | None = None
-) -> Stiffness:
+def read_nastran_dmig(path: str | os.PathLike[str], matrix: str | None = None) -> Stiffness:
     """Read one matrix of a punch file.
 
     Parameters
@@ -323,16 +284,13 @@ def read_nastran_dmig(
     matrix
         Its name, for instance ``KAAX``; by default the only one, or the only one
         whose name starts with K.
-    superelement
-        Which one of a file with several (``BEGIN SUPER n``).
 
     Raises
     ------
     ProblemError
         If there is no such matrix, it is complex or rectangular, or a card is malformed.
     """
-    name = os.fspath(path)
-    lines = of_superelement(read_lines(path), superelement, name)
+    name, lines = os.fspath(path), lines_of_one(path)
     found = [(k, fields) for k, card, fields in cards(lines) if card == "DMIG"]
     known = sorted({fields[0] for _, fields in found})
     chosen = known[chosen_matrix(known, matrix, name)]
@@ -435,6 +393,6 @@ _DMIG = re.compile(r"DMIG\b", re.IGNORECASE)
 _OF_DMIG, _OF_OP4 = {"stiffness": read_nastran_dmig}, {"stiffness": read_nastran_op4}
 FORMATS = (
     Format("op4", "Nastran OUTPUT4", _OF_OP4, ("rows", "matrix"), begins=is_op4),
-    Format("dmig", "Nastran DMIG", _OF_DMIG, ("matrix", "superelement"), contains=has(_DMIG)),
-    Format("bulk", _BULK, _OF_BULK, ("superelement",), contains=is_bulk_data),
+    Format("dmig", "Nastran DMIG", _OF_DMIG, ("matrix",), contains=has(_DMIG)),
+    Format("bulk", _BULK, _OF_BULK, contains=is_bulk_data),
 )

@@ -1,4 +1,4 @@
-"""Nastran files of several superelements: the one that is named comes out as from a file of its own."""
+"""Nastran files of superelements: one matrix of several comes out as from a file of its own."""
 
 import numpy as np
 import pytest
@@ -59,8 +59,8 @@ def imported(folder, punch, matrix, more=""):
 def test_each_comes_out_as_from_files_of_its_own(folder, number):
     place = list(DOFS).index(number) + 1
     alone = imported(folder, f"{number}.pch", f"{number}.op4")
-    joined = imported(folder, "both.pch", "both.op4", f'matrix = "kxx({place})"\nsuperelement = {number}')
-    cards = imported(folder, "both.dmig", "both.dmig", f"superelement = {number}")
+    joined = imported(folder, f"{number}.pch", "both.op4", f'matrix = "kxx({place})"\nmap = "{number}.pch"')
+    cards = imported(folder, f"{number}.pch", f"{number}.dmig")
     np.testing.assert_array_equal(joined.stiffness.dofs, alone.stiffness.dofs)
     np.testing.assert_array_equal(joined.problem.kappa, alone.problem.kappa)
     np.testing.assert_array_equal(joined.problem.coordinates, alone.problem.coordinates)
@@ -71,23 +71,37 @@ def test_each_comes_out_as_from_files_of_its_own(folder, number):
 @pytest.mark.parametrize(
     ("files", "more", "message"),
     [
-        (("101.pch", "101.op4"), "superelement = 7", "expected the superelement 7, found none"),
         (
-            ("both.pch", "both.op4"),
-            "superelement = 101",
+            ("101.pch", "both.op4"),
+            'map = "101.pch"',
             r"expected one stiffness matrix, found .*KXX.*; name the one to take",
         ),
         (
-            ("both.pch", "both.op4"),
-            "superelement = 101\nmatrix = 'KXX(3)'",
+            ("101.pch", "both.op4"),
+            "map = '101.pch'\nmatrix = 'KXX(3)'",
             r"expected one matrix 'KXX.3.', found .*KXX",
         ),
-        (("101.pch", "both.dmig"), "", r"both.dmig: expected the key 'superelement' \(one of 101, 102\)"),
+        (
+            ("101.pch", "both.dmig"),
+            "",
+            r"both.dmig: expected one superelement, found 101, 102; give a file",
+        ),
     ],
 )
 def test_which_one_must_be_said(folder, files, more, message):
     with pytest.raises(ProblemError, match=message):
         imported(folder, *files, more)
+
+
+def test_points_of_several_superelements_are_refused(tmp_path):
+    """An .asm file has no sections: its SECONCT cards say whose points they are."""
+    card = "SECONCT      {}       0              NO\n               3       3{}\n"
+    grids = "GRID,3,,0.,0.,0.\nGRID,9,,1.,0.,0.\n"
+    (tmp_path / "one.asm").write_text(grids + card.format(102, "       9       9"))
+    assert len(read_analysis_set(tmp_path / "one.asm")) == 12
+    (tmp_path / "both.asm").write_text(grids + card.format(101, "") + card.format(102, "       9       9"))
+    with pytest.raises(ProblemError, match=r"expected one superelement, found 101, 102"):
+        read_analysis_set(tmp_path / "both.asm")
 
 
 def test_two_matrices_of_one_name_without_sections_are_refused(tmp_path):
