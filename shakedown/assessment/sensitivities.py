@@ -1,7 +1,7 @@
 """How a bound depends on friction, constant load and load amplitude at every node."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
 
@@ -17,7 +17,7 @@ from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, require_plane
 from shakedown.joint.constraints import Side, loading, transient_path
-from shakedown.joint.contact_zone import Zone, contact_zone, coupled_parts
+from shakedown.joint.contact_zone import Zone, contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.programs.program import equilibration
@@ -157,7 +157,7 @@ def sensitivities(problem: Problem, bound: Bound, *, tolerances: Tolerances = DE
     if reason:
         return _none(problem, bound, reason)
     if bound.kind == "energy" and bound.parts:
-        return _of_parts(problem, bound, tolerances)
+        return _none(problem, bound, "the joint falls into uncoupled parts, each with a limit of its own")
     zone = contact_zone(problem, bound.open_nodes, tolerances=tolerances)
     found = reached(zone, bound, tolerances)
     if found is None:
@@ -171,26 +171,6 @@ def sensitivities(problem: Problem, bound: Bound, *, tolerances: Tolerances = DE
 def _none(problem: Problem, bound: Bound, reason: str) -> Sensitivities:
     none = Slopes(np.full(problem.n, np.nan), np.full(problem.n, np.nan), np.nan)
     return Sensitivities(bound.symbol, bound.status, reason, bound.load_factor, none, none, none)
-
-
-def _of_parts(problem: Problem, bound: Bound, tolerances: Tolerances) -> Sensitivities:
-    """Those of the uncoupled part that decides; none where several do."""
-    parts, most = coupled_parts(problem, bound.open_nodes), (1.0 + tolerances.feasibility) * bound.load_factor
-    deciding = [
-        (part, each) for part, each in zip(parts, bound.parts, strict=True) if each.load_factor <= most
-    ]
-    if len(deciding) > 1:
-        return _none(problem, bound, NOT_UNIQUE)
-    part, own = deciding[0]
-    found = sensitivities(part.joint, own, tolerances=tolerances)
-
-    def everywhere(slopes: Slopes) -> Slopes:
-        of_nodes = np.zeros((2, problem.n))
-        of_nodes[:, part.nodes] = slopes.derivative, slopes.elasticity
-        return Slopes(of_nodes[0], of_nodes[1], slopes.together)
-
-    changed: dict[str, Any] = {kind: everywhere(getattr(found, kind)) for kind in KINDS}
-    return replace(found, **changed)
 
 
 @dataclass(frozen=True, kw_only=True)
