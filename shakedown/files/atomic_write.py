@@ -11,7 +11,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from importlib.util import find_spec
 from os import PathLike
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO
 
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import UsageError
@@ -25,14 +25,6 @@ except ImportError:  # not POSIX: no locks
     fcntl = None  # type: ignore[assignment]
 
 PART = ".shakedown-part"  # suffix of an unfinished file
-
-
-class _Part(NamedTuple):
-    """An unfinished file: its path, its target, the open file."""
-
-    temporary: Path
-    target: Path
-    file: BinaryIO
 
 
 @checked
@@ -118,13 +110,13 @@ def atomic_write_together(paths: Sequence[str | os.PathLike[str]]) -> Iterator[l
     with ExitStack() as stack:
         parts = [stack.enter_context(_part(path)) for path in paths]
         with refusing(" and ".join(os.fspath(path) for path in paths)):
-            yield [part.file for part in parts]
-            for part in parts:
-                part.file.flush()
-                os.fsync(part.file.fileno())
-                part.file.close()
-            for part in parts:
-                os.replace(part.temporary, part.target)
+            yield [file for _, _, file in parts]
+            for _, _, file in parts:
+                file.flush()
+                os.fsync(file.fileno())
+                file.close()
+            for temporary, target, _ in parts:
+                os.replace(temporary, target)
 
 
 @contextmanager
@@ -137,8 +129,8 @@ def refusing(name: str) -> Iterator[None]:
 
 
 @contextmanager
-def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
-    """An unfinished file beside its target, gone afterwards in any case."""
+def _part(path: str | os.PathLike[str]) -> Iterator[tuple[Path, Path, BinaryIO]]:
+    """The path of an unfinished file, its target, the open file; it is gone afterwards in any case."""
     target = check_target(path)
     temporary = target.with_name(f".{target.name[:40]}.{secrets.token_hex(8)}{PART}")  # of 255 bytes at most
     flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
@@ -149,7 +141,7 @@ def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
     try:
         if old is not None:
             temporary.chmod(stat.S_IMODE(old.st_mode) & 0o777)
-        yield _Part(temporary, target, file)
+        yield temporary, target, file
     finally:
         with suppress(OSError):  # on a full disk closing tries to write again
             file.close()

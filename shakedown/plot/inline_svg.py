@@ -32,25 +32,17 @@ STYLE: Any = {
 
 
 @dataclass(frozen=True)
-class Panel:
-    """One picture, and its name among others."""
-
-    name: str
-    svg: Markup
-
-
-@dataclass(frozen=True)
 class Picture:
-    """Panels side by side under one caption, with their common legend."""
+    """Panels (name, drawing) side by side under one caption, with their common legend."""
 
     caption: str
-    panels: tuple[Panel, ...]
+    panels: tuple[tuple[str, Markup], ...]
     legend: Markup | None = None
 
     @property
     def heading(self) -> str:
         """The name shared by all panels, shown once above them; empty where they differ."""
-        names = {panel.name for panel in self.panels}
+        names = {name for name, _ in self.panels}
         return names.pop() if len(names) == 1 else ""
 
 
@@ -99,7 +91,7 @@ def picture(caption: str, *drawings: Drawing, alike: int = 0, one_legend: bool =
         panels = []
         for each, drawing, legend in zip(axes, drawings, legends, strict=True):
             _legend_below(each.figure, *legend)
-            panels.append(Panel(drawing.name, inline(each.figure, _alternative(caption, drawing.name, each))))
+            panels.append((drawing.name, inline(each.figure, _alternative(caption, drawing.name, each))))
     return Picture(caption, tuple(panels), common)
 
 

@@ -119,20 +119,16 @@ class LimitCycle(Result):
     named: tuple[str, ...] = ()
 
 
+# The limit cycle that a state leads to: its row, slips at the ends of its cycles, growth of slip per period.
+_Example = tuple[int, FloatArray, FloatArray]
+
+
 class _Kind(NamedTuple):
     """The properties shared by limit cycles of one continuum."""
 
     outcome: str
     period: int
     slipping_nodes: tuple[int, ...]
-
-
-class _Example(NamedTuple):
-    """The limit cycle that one state leads to: slips at the ends of its cycles, growth of slip per period."""
-
-    row: int
-    places: FloatArray
-    drift: FloatArray
 
 
 def limit_cycles(sampling: Sampling, columns: Columns) -> tuple[LimitCycle, ...]:
@@ -158,7 +154,7 @@ def limit_cycles(sampling: Sampling, columns: Columns) -> tuple[LimitCycle, ...]
             if not len(rows) or len(rest) == 2:
                 break
             one = _example(sampling, columns, rows[0])
-            here = np.abs(_from_nearest(columns["final_slip"][rows], one.places)).max(axis=1) <= same
+            here = np.abs(_from_nearest(columns["final_slip"][rows], one[1])).max(axis=1) <= same
             here[0] = True
             if np.count_nonzero(here) > 1:
                 found.append(_counted(sampling, columns, kind, one, rows[here], alone=True))
@@ -194,16 +190,16 @@ def _example(sampling: Sampling, columns: Columns, row: int) -> _Example:
     """The limit cycle that one state leads to."""
     state = sampling.state(columns["initial_slip"][row])
     places = [record.end_slip for record in cycles_of(state.motion(), state.period)] if state.period else []
-    return _Example(int(row), np.array(places or [columns["final_slip"][row]]), np.nan_to_num(state.drift))
+    return (int(row), np.array(places or [columns["final_slip"][row]]), np.nan_to_num(state.drift))
 
 
 def _counted(
     sampling: Sampling, columns: Columns, kind: _Kind, one: _Example, rows: Rows, *, alone: bool = False
 ) -> LimitCycle:
     """A limit cycle with the states that lead there, and how far apart they end."""
-    dissipation = columns["dissipation"][rows]
+    (row, places, drift), dissipation = one, columns["dissipation"][rows]
     low, high = float(dissipation.min()), float(dissipation.max())
-    scatter = slip_scatter(columns["final_slip"], rows, one.places, one.drift)
+    scatter = slip_scatter(columns["final_slip"], rows, places, drift)
     scale = scales(sampling.problem, sampling.load_factor)
     none = path_resolution(sampling.problem, sampling.tolerances) * scale.length * scale.force
     same_work = high - low <= sampling.tolerances.same_cycle * high + none
@@ -212,8 +208,8 @@ def _counted(
         count=int(np.count_nonzero(rows >= len(sampling.named))),
         dissipation=(low, high),
         contact_sequences=len(np.unique(columns["signature"][rows])),
-        example=one.row,
-        final_slip=one.places,
+        example=row,
+        final_slip=places,
         spread=scatter.spread,
         coincide=alone or bool(scatter.spread <= same_slip(sampling) and same_work),
         named=tuple(name for k, name in enumerate(sampling.named) if k in rows),

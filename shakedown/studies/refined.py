@@ -4,7 +4,6 @@ import logging
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from enum import StrEnum
 from functools import partial
 from math import inf, nan
 from os import PathLike
@@ -41,14 +40,8 @@ AVERAGED = "averaged_impossible_above"
 COLUMNS = (*THREE_NUMBERS, AVERAGED, "work", "largest_slip", "slip_limit", "creep", "creep_proved")
 
 
-class Tendency(StrEnum):
-    """The trend of a number as the mesh is refined; ZERO: no slip, or nothing proved, on these meshes."""
-
-    CONVERGES = "converges"
-    FALLS = "falls"
-    GROWS = "grows"
-    ZERO = "zero"
-    UNDECIDED = "undecided"
+# The trend of a number as the mesh is refined; ZERO: no slip, or nothing proved, on these meshes.
+CONVERGES, FALLS, GROWS, ZERO, UNDECIDED = "converges", "falls", "grows", "zero", "undecided"
 
 
 class Trend(NamedTuple):
@@ -66,7 +59,7 @@ class Trend(NamedTuple):
         the numbers fall or grow it is the exponent s of h^s between the last two meshes. Else NaN.
     """
 
-    verdict: Tendency
+    verdict: str
     limit: float = nan
     order: float = nan
 
@@ -85,32 +78,32 @@ def trend(size: FloatArray, values: FloatArray) -> Trend:
     """
     level = 0.03  # power of h, or relative change over three meshes, below which a number counts as constant
     if not np.any(values[-3:]):
-        return Trend(Tendency.ZERO)
+        return Trend(ZERO)
     if len(values) < 3 or not np.isfinite([*values[-3:], *np.log(size[-3:])]).all():
-        return Trend(Tendency.UNDECIDED)
+        return Trend(UNDECIDED)
     h, (first, second, last) = size[-3:].tolist(), map(float, values[-3:])
     if first == 0.0 or not h[0] > h[1] > h[2]:  # no power of h is 0 on a mesh
-        return Trend(Tendency.UNDECIDED)
+        return Trend(UNDECIDED)
     before, now = second - first, last - second
     if max(abs(before), abs(now)) <= THREE_DIGITS * abs(last):
-        return Trend(Tendency.CONVERGES, last)
+        return Trend(CONVERGES, last)
     if second == last == 0.0:
-        return Trend(Tendency.FALLS)
+        return Trend(FALLS)
     if before * now <= 0.0:
         ends = abs(now) <= min(0.5 * abs(before), MINOR * abs(last))
-        return Trend(Tendency.CONVERGES, last) if ends else Trend(Tendency.UNDECIDED)
+        return Trend(CONVERGES, last) if ends else Trend(UNDECIDED)
     order = _order(h, before / now)
     left = now / ((h[1] / h[2]) ** order - 1.0) if order > 0.0 else inf * now
     near, power = abs(left) <= NEAR * abs(last), nan
     if near and order >= SLOWEST:
-        return Trend(Tendency.CONVERGES, last + left, order)
+        return Trend(CONVERGES, last + left, order)
     if second * last > 0:
         power = float(np.log(second / last) / np.log(h[1] / h[2]))
     # order below which there is none: the rest cannot be distinguished from a power of h, or log h
     slow, far = near and order >= 0.25, order >= SLOWEST and abs(left) <= 2.0 * NEAR * abs(last)
     if slow or far or abs(power) < level or abs(last - first) <= level * abs(last):
-        return Trend(Tendency.UNDECIDED)
-    return Trend(Tendency.FALLS if now * last < 0 or last == 0.0 else Tendency.GROWS, order=power)
+        return Trend(UNDECIDED)
+    return Trend(FALLS if now * last < 0 or last == 0.0 else GROWS, order=power)
 
 
 def _order(h: list[float], ratio: float) -> float:
@@ -203,7 +196,7 @@ class Refinement(Result):
     @property
     def verdict(self) -> dict[str, str]:
         """``converges``, ``falls``, ``grows``, ``zero`` or ``undecided``, by column."""
-        return {name: str(found.verdict) for name, found in self.trends.items()}
+        return {name: found.verdict for name, found in self.trends.items()}
 
     @property
     def limit(self) -> dict[str, float]:
