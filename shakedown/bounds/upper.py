@@ -7,11 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from shakedown.bounds.bound_result import (
-    Bound,
-    LargestLoadFactor,
-    SafeSlip,
-)
+from shakedown.bounds.bound_result import Bound, LargestLoadFactor, SafeSlip
 from shakedown.bounds.certificate import UPPER_CERTIFIED_UP_TO
 from shakedown.bounds.disc_rows import DiscRows, zone_rows
 from shakedown.bounds.largest_load_factor import chosen_zone, largest_load_factor, relieving

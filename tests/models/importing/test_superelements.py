@@ -6,7 +6,7 @@ import writers
 
 from shakedown import ProblemError, import_model
 from shakedown.models.readers.formats import read_stiffness
-from shakedown.models.readers.nastran import read_nastran_dmig
+from shakedown.models.readers.nastran import read_analysis_set, read_nastran_dmig
 
 DOFS = {101: [(n, d) for n in (3, 9) for d in (1, 2)], 102: [(n, d) for n in (9, 5, 3) for d in (1, 2)]}
 PUNCH = {
