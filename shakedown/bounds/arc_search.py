@@ -9,14 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import (
-    BLOCK,
-    ITERATIONS,
-    NEGLIGIBLE,
-    ROUND_OFF,
-    SEVEN_DIGITS,
-    FloatArray,
-)
+from shakedown.ground.constants import BLOCK, ITERATIONS, NEGLIGIBLE, ROUND_OFF, SEVEN_DIGITS, FloatArray
 from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import loading, transient_path
 from shakedown.joint.problem import Problem

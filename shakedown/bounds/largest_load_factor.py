@@ -29,13 +29,7 @@ from shakedown.bounds.certificate import (
 )
 from shakedown.bounds.disc_rows import DiscRows, zone_rows
 from shakedown.bounds.enclosure import UNPROVED, enclosed, proved_infeasible, proved_unbounded
-from shakedown.bounds.scaled_solution import (
-    Carrying,
-    UnscaledSolution,
-    safest,
-    scaled_discs,
-    solve_scaled,
-)
+from shakedown.bounds.scaled_solution import Carrying, UnscaledSolution, safest, scaled_discs, solve_scaled
 from shakedown.ground.constants import ALL_PAIRS_UP_TO, ALL_SUBSETS_UP_TO, CONE, NEGLIGIBLE, FloatArray, Mask
 from shakedown.ground.errors import Missing, SolverError, UsageError, attempt
 from shakedown.ground.status import Status

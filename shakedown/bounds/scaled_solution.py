@@ -23,13 +23,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.program import exact_products, median_size
-from shakedown.programs.self_dual import (
-    USABLE,
-    Point,
-    SelfDualSolution,
-    balanced_multipliers,
-    solve_discs,
-)
+from shakedown.programs.self_dual import USABLE, Point, SelfDualSolution, balanced_multipliers, solve_discs
 from shakedown.programs.simplex import chebyshev_centre
 
 Carrying = tuple[NDArray[np.intp], NDArray[np.intp]]  # discs and half-spaces by number
@@ -114,7 +108,7 @@ class ScaledDiscs:
     def multipliers(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Multipliers of the discs and of the half-spaces, from those of the program."""
         n = len(self.program.blocks)
-        discs, weights, _ = self.program.parts(y)
+        discs, weights, _ = self.program.cones.parts(y)
         factor = self.weights * (self.load_unit / self.unit)
         gaps = len(self.weights) - n
         return discs * factor[:n][self.program.node][:, None], weights[:gaps] * factor[n:]
@@ -224,7 +218,7 @@ def solve_scaled(scaled: ScaledDiscs, usable: float = USABLE, *, proves: bool = 
         x, load_factor = np.full(len(x), np.nan), np.nan
         size = -float(np.vdot(y, scaled.rows.c) + z @ scaled.rows.half_spaces.g)
         y, z = y / size, z / size
-    discs, others, _ = scaled.program.parts(end.multipliers)
+    discs, others, _ = scaled.program.cones.parts(end.multipliers)
     weights, others = discs[:, 0], others[: len(z)]
     least = NEGLIGIBLE * max(weights.max(initial=0.0), others.max(initial=0.0))
     carrying = np.flatnonzero(weights > least), np.flatnonzero(others > least)
@@ -257,7 +251,7 @@ def polished(program: DiscProgram, end: SelfDualSolution, *, proves: bool = True
 
 
 def _active(program: DiscProgram, end: SelfDualSolution, alike: float) -> _Active:
-    (s, slack, _), (y, weight, _) = program.parts(end.slack), program.parts(end.multipliers)
+    (s, slack, _), (y, weight, _) = program.cones.parts(end.slack), program.cones.parts(end.multipliers)
     length_s, length_y = np.hypot(s[:, 1], s[:, 2]), np.hypot(y[:, 1], y[:, 2])
     active = s[:, 0] - length_s < alike * (y[:, 0] + length_y)
     apex = s[:, 0] + length_s < alike * (y[:, 0] - length_y)
@@ -278,7 +272,7 @@ def _left(program: DiscProgram, end: SelfDualSolution) -> float:
 
 def _newton(program: DiscProgram, end: SelfDualSolution, active: _Active) -> SelfDualSolution | None:
     """The end from Newton's method on the equations; None where it does not settle."""
-    triples, weights, tail = program.parts(end.multipliers)
+    triples, weights, tail = program.cones.parts(end.multipliers)
     x = end.x
     m = np.concatenate(
         [weights[active.linear], triples[active.edge, 0], triples[active.apex].ravel(), tail[: active.norm]]
@@ -310,7 +304,7 @@ def _equations(
     program: DiscProgram, active: _Active, x: FloatArray, m: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Balance of the multipliers, slack of the active limits, curvature, slopes of the active limits."""
-    s, linear, _ = program.parts(program.limits - program.times(x))
+    s, linear, _ = program.cones.parts(program.limits - program.times(x))
     linear_rows, a, b = active.linear, len(active.linear), len(active.linear) + len(active.edge)
     excess, slopes, bends = program.edges(active.edge, x, m[a:b])
     at_apex = program.columns(active.apex).reshape(-1, len(x))
@@ -331,7 +325,7 @@ def _ended(
     program: DiscProgram, end: SelfDualSolution, active: _Active, x: FloatArray, m: FloatArray
 ) -> SelfDualSolution:
     slack, y = program.limits - program.times(x), np.zeros(len(program.limits))
-    (s, *_), (triples, weights, tail) = program.parts(slack), program.parts(y)
+    (s, *_), (triples, weights, tail) = program.cones.parts(slack), program.cones.parts(y)
     a, b = len(active.linear), len(active.linear) + len(active.edge)
     c = b + CONE * len(active.apex)
     weights[active.linear] = m[:a]

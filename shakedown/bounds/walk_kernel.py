@@ -25,14 +25,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from shakedown.bounds.intersection import (
-    NONE,
-    ScaledRows,
-    SubtreeFindings,
-    in_batches,
-    joined,
-    solve_subsets,
-)
+from shakedown.bounds.intersection import NONE, ScaledRows, SubtreeFindings, in_batches, joined, solve_subsets
 from shakedown.ground.code_cache import compiled, pipeline
 from shakedown.ground.constants import BLOCK, ROUND_OFF, FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances

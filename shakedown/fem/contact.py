@@ -26,12 +26,7 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.constants import FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.joint.arguments import node_numbers, real_array
-from shakedown.joint.places import (
-    arc_lengths,
-    bearing_no_pressure,
-    faces_among,
-    without_cancelled,
-)
+from shakedown.joint.places import arc_lengths, bearing_no_pressure, faces_among, without_cancelled
 from shakedown.joint.problem import Problem
 from shakedown.models.condensation.condense import Condensation, condensed_stiffness
 from shakedown.models.condensation.contact_frame import in_space, node_names, patch_positions

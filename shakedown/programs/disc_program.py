@@ -294,16 +294,12 @@ class DiscProgram:
 
     def transposed(self, z: FloatArray) -> FloatArray:
         """What multipliers of discs, rows and bound add up to."""
-        discs, rows, tail = self.parts(z)
+        discs, rows, tail = self.cones.parts(z)
         y = self.sums(discs).ravel() @ self._flat + rows @ self.rows
         w = discs.ravel() @ self.loads + rows @ self.rows_extra
         if self.norm is not None:
             y, w = y - tail[1:], w - tail[0] * self.norm
         return np.concatenate([y, w])
-
-    def parts(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Slacks or multipliers of the discs (K, 3), of the rows and of the bound, as views."""
-        return self.cones.parts(u)
 
     def columns(self, discs: Places) -> FloatArray:
         """The coefficients of (y, w) in some discs, (a, 3, r + p)."""

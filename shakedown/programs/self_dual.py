@@ -248,12 +248,7 @@ def _next(rows: DiscProgram, point: Point, seen: tuple[FloatArray, FloatArray], 
 
     def length(d: Point) -> float:
         ends = [-now / way for now, way in ((tau, d.tau), (kappa, d.kappa)) if way < 0]
-        return min(
-            1.0,
-            *(STEP * end for end in ends),
-            STEP * reach(d.s),
-            STEP * reach(d.y),
-        )
+        return min(1.0, *(STEP * end for end in ends), STEP * reach(d.s), STEP * reach(d.y))
 
     reach, square = cones.reach_from(centre), cones.product(centre, centre)
     ahead = step(1.0, -square, -tau * kappa)

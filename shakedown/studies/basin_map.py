@@ -28,13 +28,7 @@ from shakedown.long_term.find_state import LongTermStates, long_term_states
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.simulation import check_slip_below, slip_criterion
 from shakedown.programs.simplex import corners
-from shakedown.studies.limit_cycles import (
-    LimitCycle,
-    Scatter,
-    final_states,
-    limit_cycles,
-    slip_scatter,
-)
+from shakedown.studies.limit_cycles import LimitCycle, Scatter, final_states, limit_cycles, slip_scatter
 from shakedown.studies.samplers import BLOCK, FIRST_TWO, NAMED, Sampler, Sampling
 
 

@@ -57,7 +57,7 @@ class LimitsAbout:
     ) -> tuple[FloatArray, FloatArray]:
         """(f p − s R, a q) of every disc, (K, 3), and what is left of every row, (k,)."""
         known = self.base
-        discs, rows, _ = known.parts(known.limits - known.times(np.append(y, [radius, load_factor])))
+        discs, rows, _ = known.cones.parts(known.limits - known.times(np.append(y, [radius, load_factor])))
         return discs, rows
 
     def slack(self, y: FloatArray, radius: float = 0.0, load_factor: float = 0.0) -> FloatArray:

@@ -98,7 +98,7 @@ class FoundBall:
     @cached_property
     def contradiction(self) -> float:
         """By how much the multipliers fail to prove that the limits contradict each other (Farkas)."""
-        program, (discs, rows, _) = self.program, self.program.parts(self.solution.multipliers)
+        program, (discs, rows, _) = self.program, self.program.cones.parts(self.solution.multipliers)
         of_y, of_w, right = _sums(program, self.solution.multipliers)
         weight = 0.0 if program.norm is None else float(of_w[0])
         value = weight * program.offset - right
@@ -112,7 +112,7 @@ class FoundBall:
 def _sums(program: DiscProgram, multipliers: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     """What multipliers of discs and rows add up to in the columns y and w, and on the right-hand side."""
     some = multipliers.copy()
-    discs, rows, tail = program.parts(some)
+    discs, rows, tail = program.cones.parts(some)
     tail[:] = 0.0
     whole = program.transposed(some)
     right = float(np.einsum("ij,ij", discs, program.right) + rows @ program.rows_right)
@@ -121,7 +121,7 @@ def _sums(program: DiscProgram, multipliers: FloatArray) -> tuple[FloatArray, Fl
 
 def _weights(program: DiscProgram, about: LimitsAbout, multipliers: FloatArray) -> FloatArray:
     """Multipliers of the radii of discs, and of rows, without dimension, (K + k,)."""
-    discs, rows, _ = program.parts(multipliers)
+    discs, rows, _ = program.cones.parts(multipliers)
     return np.append(discs[:, 0], rows[: len(about.base.rows)])
 
 

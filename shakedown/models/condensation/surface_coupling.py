@@ -20,14 +20,7 @@ from scipy import sparse
 from scipy.spatial import KDTree
 
 from shakedown.ground.argument_kinds import checked
-from shakedown.ground.constants import (
-    NEGLIGIBLE,
-    ROUND_OFF,
-    SIX_DIGITS,
-    THREE_DIGITS,
-    FloatArray,
-    IntArray,
-)
+from shakedown.ground.constants import NEGLIGIBLE, ROUND_OFF, SIX_DIGITS, THREE_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.models.condensation.surface_mesh import (
     CORNERS,

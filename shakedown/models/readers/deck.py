@@ -14,16 +14,7 @@ from shakedown.ground.constants import FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.formats import Format, has
 from shakedown.models.readers.mapped_matrices import implied_rows
-from shakedown.models.readers.mesh import (
-    ABAQUS,
-    CALCULIX,
-    FACES,
-    Element,
-    Line,
-    Mesh,
-    Orientation,
-    axes_at,
-)
+from shakedown.models.readers.mesh import ABAQUS, CALCULIX, FACES, Element, Line, Mesh, Orientation, axes_at
 from shakedown.models.readers.text import integers, listed, number, quoted, read_lines, unfit
 
 _TYPE = re.compile(r"(C3D|CPEG|CPE|CPS|CGAX|CAX)(\d{1,3})")

@@ -12,14 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import (
-    MINOR,
-    NEWTON_ROUNDS,
-    ROUND_OFF,
-    SIX_DIGITS,
-    THREE_DIGITS,
-    FloatArray,
-)
+from shakedown.ground.constants import MINOR, NEWTON_ROUNDS, ROUND_OFF, SIX_DIGITS, THREE_DIGITS, FloatArray
 from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.ground.tolerances import Tolerances
 from shakedown.ground.work_limit import count_work
