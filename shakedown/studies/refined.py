@@ -71,7 +71,7 @@ def trend(size: FloatArray, values: FloatArray) -> Trend:
     --------
     >>> h = np.array([0.25, 0.125, 0.0625])
     >>> found = trend(h, 3.0 + 2.0 * h**1.5)
-    >>> found.verdict.value, round(found.limit, 6), round(found.order, 6)
+    >>> found.verdict, round(found.limit, 6), round(found.order, 6)
     ('converges', 3.0, 1.5)
     >>> trend(h, h**0.1).verdict.value, trend(h, 1.0 - np.log(h)).verdict.value
     ('falls', 'grows')

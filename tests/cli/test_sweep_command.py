@@ -113,7 +113,7 @@ def test_numbers_of_a_configuration_are_parameters(tmp_path):
     assert second == pytest.approx(as_given, rel=1e-9)
     assert first > second
     assert max(map(len, run("sweep", config, "--vary", f"{force}=5,10", "--quick")[1].splitlines())) <= 80
-    pressed = document("sweep", config, "--vary", "pressed down=1,2", "--bounds", "upper")
+    pressed = document("sweep", config, "--vary", "load.1.history=1,2", "--bounds", "upper")
     assert pressed["points"][0]["upper"]["load_factor"] == pytest.approx(as_given, rel=1e-9)
     said = "load.9.history: expected a number from 1 to 3, found '9'"
     refused("sweep", config, "--vary", "load.9.history=1", cwd=tmp_path, message=said)

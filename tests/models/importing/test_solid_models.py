@@ -166,7 +166,6 @@ def test_nodes_in_a_transform_are_the_same_joint(folder, made, tmp_path):
         ("tangent = [0, 0, 1]", r"tangent: expected a finite direction across the normal \[0.0, 0.0, 1.0\]"),
         ("tangents = [[1, 0, 0]]", "key 'tangents': expected one for each of 12 nodes, found 1"),
         ("directions = 2\nnormal = [0, 1]", "key 'normal': expected 3 numbers beside directions = 2, found 2"),
-        ("gap = { points = [[0, 0], [1, 1]] }", "key 'gap': expected points where nodes slip in one direction"),
     ],
 )  # fmt: skip
 def test_one_thing_wrong_is_named(folder, keys, message):
