@@ -73,7 +73,7 @@ def trend(size: FloatArray, values: FloatArray) -> Trend:
     >>> found = trend(h, 3.0 + 2.0 * h**1.5)
     >>> found.verdict, round(found.limit, 6), round(found.order, 6)
     ('converges', 3.0, 1.5)
-    >>> trend(h, h**0.1).verdict.value, trend(h, 1.0 - np.log(h)).verdict.value
+    >>> trend(h, h**0.1).verdict, trend(h, 1.0 - np.log(h)).verdict
     ('falls', 'grows')
     """
     level = 0.03  # power of h, or relative change over three meshes, below which a number counts as constant
