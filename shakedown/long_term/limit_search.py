@@ -168,7 +168,7 @@ class LimitSearch:
         drift = motions @ np.linalg.lstsq(motions[stuck[moving]], d + J @ change)[0]
         # less the rigid slip that Jⁱ · change tends to
         change -= Z @ (Z.T + np.linalg.lstsq(np.eye(k) - deflated.T, rest @ J.T @ Z)[0].T) @ change
-        # what else does not decay is merely too slow to instruct
+        # what else does not decay is merely too slow to tell
         still = self.compiled.weight[stuck[moving]] * np.abs(slow) <= self.compiled.check.near
         decaying = contraction < 1.0 and bool(still.all())
         affine.limit[:k], affine.drift[:k] = change, drift[stuck[moving]]

@@ -30,7 +30,7 @@ Instruction = IntEnum("Instruction", "ANEW FROM_HERE RATES JUMP STOPPED LEAVES L
 
 @entered
 def settle(se, starts, answers, effort, follow):  # type: ignore[no-untyped-def]
-    """Answer for one initial slip (s, n) after the other; only the first search may have been origin.
+    """Answer for one initial slip (s, n) after the other; only the first search may have been begun.
 
     DONE, or PAUSED after so much work, or why Python is asked: LIMIT_WANTED, SINGULAR, or what
     ``follow``, which is given by its address, says where the motion stops. Every call gets one

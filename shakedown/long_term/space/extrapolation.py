@@ -124,16 +124,16 @@ class Leaps:
             cycles.go_to(State(state, contact))
             return self._step() if cycles.follow(p) else None
 
-        def leap_end() -> None:
+        def at_leap_end() -> None:
             self.decays[p - 1].note(cycles.last(p))
 
         moving = MovingSlips.of(free_stiffness(cycles.motion.problem), places, free)
-        landing = self.slopes.leap(period, leap_end, start, first, moving, self.measure)
+        leap_end = self.slopes.leap(period, at_leap_end, start, first, moving, self.measure)
         cycles.error = error  # of states that are not passed through
-        if landing is None:
+        if leap_end is None:
             self._refuse(before)
         else:
-            self._take(before, landing.error, landing.error, landing.rate)
+            self._take(before, leap_end.error, leap_end.error, leap_end.rate)
         self.slopes.since = cycles.count + self.slopes.wait
         cycles.probes += cycles.count - count
         return True

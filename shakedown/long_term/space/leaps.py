@@ -401,7 +401,7 @@ class SlopeLeaps:
     def leap(
         self,
         follow: Follow,
-        leap_end: Callable[[], None],
+        at_leap_end: Callable[[], None],
         start: FloatArray,
         first: PeriodStep,
         moving: MovingSlips,
@@ -413,7 +413,7 @@ class SlopeLeaps:
         ----------
         follow
             Follows a period.
-        leap_end
+        at_leap_end
             Called at every state that was predicted, after the period from there.
         start, first
             A state, (N,) [length], and the period from there.
@@ -425,26 +425,26 @@ class SlopeLeaps:
         if self.starts and measure.size(start - self.end) > LEAST_GAIN * measure.size(first.change):
             self.starts.clear()  # the last leap has not ended here, but for a few periods
         local = self._local_map(follow, start, first, moving, measure)
-        landing, error = None, 0.0
+        leap_end, error = None, 0.0
         while local is not None and self.periods >= LEAST_GAIN:
             found, strain = self._leap_end(local, self.periods)
             if found is not None:
-                leap_end()
+                at_leap_end()
                 error += found.error
-                landing, self.wait = found._replace(error=error), 0
+                leap_end, self.wait = found._replace(error=error), 0
                 self.starts.append(LeapStart(local.start, local.change, moving, self.gone))
                 self.gone, self.end = self.gone + self.periods, found.start
                 local = replace(local, start=found.start, change=found.change)
             self.periods = self._next_length(self.periods, strain, found is None)
-            if found is None and landing is not None:
-                follow(landing.start)  # so that it is the last
-            if strain > self.AT_EASE and landing is not None:
+            if found is None and leap_end is not None:
+                follow(leap_end.start)  # so that it is the last
+            if strain > self.AT_EASE and leap_end is not None:
                 break
-        if landing is None:
+        if leap_end is None:
             self.wait = longer(self.wait)
             self.starts.clear()
         self.periods = max(self.periods, int(LEAST_GAIN))
-        return landing
+        return leap_end
 
     def _next_length(self, periods: int, strain: float, failed: bool) -> int:
         """How many periods to try next, after a leap of so many with this strain."""

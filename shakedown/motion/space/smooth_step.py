@@ -159,7 +159,7 @@ def return_to_cones(course: Course, mo: SpaceMotion, sp: Slipping, st: Step, h: 
 
 @summing
 def stop_within(course: Course, mo: SpaceMotion, sp: Slipping, st: Step, h: float, share: float) -> None:
-    """LoopEnd the step at a share of it, on its polynomial: the state there replaces that at its end."""
+    """End the step at a share of it, on its polynomial: the state there replaces that at its end."""
     n, s, power = st.n, sp.s, 1.0
     for c in range(2 * s):
         st.slip[c], st.stage_q[c] = 0.0, sp.q[c] + share * h * sp.load_q[c]
