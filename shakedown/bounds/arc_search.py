@@ -286,10 +286,8 @@ class ArcLimits:
     def __init__(self, problem: Problem, start: FloatArray, start_error: FloatArray) -> None:
         n, d = problem.n, problem.directions
         self.problem = problem
-        self._fB = problem.law.limit_rows(problem.B).reshape(n, n, d)
-        self._A = problem.A.reshape(n, d, n, d)
+        self._fB, self._A, self.largest_effect = _by_pairs(problem)
         self._start, self._error = start, start_error
-        self.largest_effect = _largest_effect(problem)
         fB, A, size = self._fB.reshape(n, -1), problem.A, np.abs(start)
         self._locked = fB @ start, (A @ start).reshape(n, d)
         self._terms = np.abs(fB) @ size, (np.abs(A) @ size).reshape(n, d)
@@ -336,11 +334,11 @@ class ArcLimits:
 
 
 @once_per_problem
-def _largest_effect(problem: Problem) -> FloatArray:
-    """(n, n): the largest change of a node's limit per slip of another, in any direction [force/length]."""
+def _by_pairs(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """f B (n, n, d) and A (n, d, n, d); the largest change of a node's limit per slip of another, (n, n)."""
     n, d = problem.n, problem.directions
     fB, A = problem.law.limit_rows(problem.B).reshape(n, n, d), problem.A.reshape(n, d, n, d)
-    return np.asarray(np.linalg.norm(fB, axis=2) + np.linalg.norm(A, axis=(1, 3)))
+    return fB, A, np.asarray(np.linalg.norm(fB, axis=2) + np.linalg.norm(A, axis=(1, 3)))
 
 
 @once_per_problem

@@ -76,7 +76,8 @@ class DiscRows:
     in_plane
         Whether all of them are half-spaces, for linear programs.
     solved
-        The largest load factor of these limits, once it is known, by the tolerances that decide.
+        The ends of the programs of these limits that are known, by direction (−1: the largest load factor)
+        and the tolerances that decide.
     """
 
     stiffness: FloatArray
@@ -87,7 +88,7 @@ class DiscRows:
     half_spaces: Constraints
     names: Indices
     in_plane: bool = False
-    solved: dict[Tolerances, Any] = field(default_factory=dict, init=False, repr=False)
+    solved: dict[tuple[float, Tolerances], Any] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def basis(self) -> Basis:

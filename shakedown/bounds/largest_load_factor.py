@@ -136,9 +136,7 @@ def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> Largest:
     """The limit by programs."""
     direction = np.zeros(rows.stiffness.shape[-1])
     if rows.in_plane or not relieving(rows):
-        if tolerances not in rows.solved:  # usually just solved, by the search of the zone
-            rows.solved[tolerances] = _solved(rows, -1.0, tolerances)
-        found: Largest = rows.solved[tolerances]
+        found = _solved(rows, -1.0, tolerances)
         if found.status == Status.OPTIMAL:
             # λ_lo = 0 where λ_max is, as it is no larger
             least, missing = _least(rows, balanced or not found.load_factor, tolerances)
@@ -167,6 +165,13 @@ def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> Largest:
 
 
 def _solved(rows: DiscRows, towards: float, tolerances: Tolerances) -> Largest:
+    """The end of a program of these limits; usually just computed, by the search of the zone."""
+    if (towards, tolerances) not in rows.solved:
+        rows.solved[towards, tolerances] = _end(rows, towards, tolerances)
+    return rows.solved[towards, tolerances]
+
+
+def _end(rows: DiscRows, towards: float, tolerances: Tolerances) -> Largest:
     """The largest (−1) or the smallest (+1) load factor, or that no slip is safe, which multipliers show.
 
     By a linear program over the rows in the plane, in space by a cone program over discs.
