@@ -202,8 +202,8 @@ class RollingLoad:
     >>> from shakedown.fem import ElasticBody, Material, ring_mesh
     >>> ring = ElasticBody(ring_mesh(35.0, 40.0, 32, 2), Material(206e3, 0.3), thickness=18.0)
     >>> force = RollingLoad("inside", force=3e3, elements=8, half_width=0.3).nodal(ring, 0.0)
-    >>> force.reshape(-1, 2).sum(axis=0).round(2).tolist()  # about 3000 (1 + 2 cos^5/2 45°)
-    [0.0, -5522.64]
+    >>> round(float(force.reshape(-1, 2).sum(axis=0)[1]), 2)  # about 3000 (1 + 2 cos^5/2 45°)
+    -5522.64
     """
 
     boundary: str
