@@ -143,10 +143,11 @@ def assess(
     initial_slip : (dn,), optional
         The state that is asked about [length]; zero by default, a joint assembled without locked-in slip.
     distance
-        How far the state may be from it, in the energy norm [√(force · length)].
+        Largest distance of the true initial state from ``initial_slip``, in the energy norm
+        [√(force · length)].
     open_nodes
-        The nodes that stay open (:func:`upper_bound`); ``"auto"`` searches them where the mean
-        load opens some, or no slip is safe with all closed.
+        The nodes that stay open (:func:`upper_bound`); ``"auto"`` searches for them if the mean
+        load opens some, or if no slip is safe with all nodes closed.
     certify
         Whether to check in exact arithmetic; by default each limit where that is quick.
     tolerances

@@ -109,10 +109,10 @@ def creep_limit(
 ) -> Bound:
     """The least load factor λ_c at which a history is seen to creep, and up to where creep is excluded.
 
-    Creep, or walking, is slip that grows from cycle to cycle: only a body that friction alone holds can do
-    it. Load factors are scanned in equal ratios, from what is proved up to gross slip, and the first change
-    is bisected with exact long-term states. Between λ_max and ``proved`` the joint slips for ever
-    without creep.
+    Creep is a rigid slip that grows from cycle to cycle; only a body that friction alone holds can creep.
+    Load factors are tried in geometric steps, from the largest that is proved free of creep to gross slip,
+    and the first interval in which creep appears is bisected with exact long-term states.
+    Between λ_max and ``proved`` the joint slips for ever without creep.
 
     Parameters
     ----------

@@ -226,7 +226,7 @@ def damping(
     Parameters
     ----------
     problem
-        The joint, with ``load_reactions`` and ``load_history``; for displacements ``load_compliance``.
+        The joint, with ``load_reactions`` and ``load_history``; for displacements also ``load_compliance``.
     amplitudes : (k,)
         Factors on the history of the load, rising, ≥ 0.
     load
@@ -238,13 +238,13 @@ def damping(
         Nodes that are open there; with ``"auto"`` the motion opens what has to open, and λ_E is that of
         the best zone of open nodes.
     states : int or (s, dn), optional
-        Initial slips besides, from each of which every amplitude is followed, for the least and the largest
-        damping (:attr:`DampingCurve.least`). A number: so many that random transients of the loads, at one
-        amplitude after the other, leave behind, besides slip zero, the given and the critical state.
+        Further initial slips, from each of which every amplitude is followed, for the least and the largest
+        damping (:attr:`DampingCurve.least`). A number s: slip zero, the given and the critical state, and s
+        states that random load histories leave behind, at one amplitude after the other.
     seed
-        Of what is random.
+        Seed of the random states.
     executor, workers
-        Who follows the states: an executor of ``concurrent.futures``, or so many processes.
+        What follows the states: an executor of ``concurrent.futures``, or this number of processes.
     max_cycles
         Cycles after which an amplitude is undecided.
     progress
@@ -254,9 +254,10 @@ def damping(
 
     Notes
     -----
-    The band from some states is no bound for all, unless the limit cycle is proved to be the only one: at
-    amplitudes below λ_U, where no state goes on slipping, and with B = 0, where two periodic motions have the
-    same reactions wherever either slips, so that v̇ − v̇′ changes no reaction; without a rigid slip it is 0.
+    The range found from some states is not a bound for all states, unless the limit cycle is proved to be
+    the only one. That is so at amplitudes below λ_U, where no state goes on slipping, and for B = 0 without a
+    rigid slip: two periodic motions then have the same reactions wherever either slips, so v̇ − v̇′ changes
+    no reaction and is 0.
 
     Raises
     ------

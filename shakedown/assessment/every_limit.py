@@ -497,7 +497,9 @@ def shakedown_bounds(
     certify: bool | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> ShakedownBounds:
-    """Lower and upper bound of the load factor; with two tangential directions the upper one alone.
+    """The first collapse λ_1 and the upper bound λ_max; with two tangential directions λ_max alone.
+
+    Shakedown below λ_1 is proved only where its ``guarantee`` says so.
 
     Parameters
     ----------

@@ -305,40 +305,42 @@ def verify(
     """Compare the limits of a joint with time integration from several initial states.
 
     Below λ_U every initial state, closed and admissible, is proved to shake down. Below λ_1
-    that is predicted, and the guarantee of λ_1 says whether it is proved. Above λ_max none can
-    with all nodes in contact, nor below λ_lo where the mean load alone has no safe slip. Between the
-    bounds the safe slip must shake down, and every state inside the energy ball, of
-    which some are drawn just inside its surface (no farther away than the other states), and
-    the first given state (else slip zero) below its λ_S; just below that it is simulated,
-    where it is larger than λ_E. Other states may do either. Where λ_max
-    is that of a zone, its safe slip, with its nodes open and after the transient, must
-    shake down without a node that closes or opens; of all others, and above, nothing is
-    predicted.
+    that is predicted, and the guarantee of λ_1 says whether it is proved. Above λ_max no state can
+    shake down with all nodes in contact. If no slip is safe under the mean load alone, the same holds
+    below λ_lo, the smallest load factor that has a safe slip.
 
-    Transient load steps come first: the safe slip is one that they do not move either or, if there is
-    none, one locked in after them; limits for every state are expected to hold where they leave all nodes
-    closed. For a load domain λ_U takes the place of λ_1, and the corners are followed in the order given:
-    one path of many.
+    Between λ_1 and λ_max three kinds of states must shake down: the safe slip; every state inside the
+    energy ball, of which some are drawn just inside its surface, no farther from its centre than the
+    other initial states; and, below its λ_S, the first given state (else slip zero), which is
+    simulated just below λ_S where that exceeds λ_E. Other states may do either. If λ_max
+    belongs to a zone of closed nodes, only its safe slip is predicted to shake down, with the other
+    nodes open, after the transient, and without a node that opens or closes. Nothing is predicted for
+    other states, or above this λ_max.
+
+    Transient load steps come first. The safe slip is one that they do not move either or, if there is
+    none, one imposed after them. Limits for every state are expected to hold if the transient leaves all
+    nodes closed. For a load domain λ_U takes the place of λ_1, and the corners are followed in the order
+    given, which is only one of the possible load paths.
 
     Parameters
     ----------
     problem
         The joint and its loading.
     open_nodes
-        The nodes that stay open (:func:`upper_bound`); ``"auto"`` searches them where the mean
-        load opens some, or no slip is safe with all closed.
+        The nodes that stay open (:func:`upper_bound`); ``"auto"`` searches for them if the mean
+        load opens some, or if no slip is safe with all nodes closed.
     load_factors
-        Load factors λ to simulate; by default one in every region that is wider than four digits show.
-        λ = 1 comes first, from the state asked about, whatever else is asked for.
+        Load factors λ to simulate; by default one in each interval between limits that differ in four
+        digits. λ = 1, from the state asked about, is always simulated, and first.
     random_states, seed
-        Number of initial states that random loads, up to twice those of the loop about its mean, leave behind
-        (``slip_after_transient``), and the seed these are drawn with. None: 3, and 1 of joints in
-        space of more than 50 node pairs.
+        Number of initial states that random load histories leave behind (``slip_after_transient``), whose
+        deviations from the mean reach twice those of the loop; and the seed. None: 3, and 1 for joints
+        in space of more than 50 node pairs.
     cycles, method
-        As for :func:`shakedown.simulate`. In space a run is undecided, too, after 8e10 operations, half a
-        minute or so (2e10 where that was too few for λ = 1); ``simulate`` has no such limit.
+        As for :func:`shakedown.simulate`. In space a run is also stopped as undecided after 8e10 operations,
+        about half a minute (2e10 where that was too few for λ = 1); ``simulate`` has no such limit.
     budget
-        Enumerate the critical load factors where there are at most so many subsets.
+        Enumerate the critical load factors if there are at most so many subsets.
     slip_below
         A limit on the slip range of every node in the long run [length]. The load factor up to which it
         holds from the first given state, or from slip zero, is found as well (:func:`slip_limit`).

@@ -111,10 +111,10 @@ def upper_bound(
     open_nodes
         The nodes that stay open through the whole period, all others closed: the rows are
         those of the condensed joint, and each open node adds its gap. ``"auto"`` searches
-        the zone with the largest λ_max, from the nodes that the mean load opens.
+        for the zone with the largest λ_max, beginning with the nodes that the mean load opens.
     transient
         Whether the slip has to be safe under the transient load steps too, which the load factor
-        does not scale: then nothing moves it although they are still to come. Only with all
+        does not scale: it then stays as it is even if they are still to come. Only with all
         nodes in contact.
     certify
         Whether to re-solve the active rows in exact arithmetic and, where they are
@@ -129,8 +129,8 @@ def upper_bound(
     SolverError
         If the linear program ends without an answer.
     UsageError
-        If there is no such node, no node stays closed, nothing holds the open ones, or nodes
-        are open before the transient.
+        If an open node does not exist, if no node stays closed, if the open nodes are unsupported,
+        or if nodes are open before the transient.
     ProblemError
         If nodes are open and the problem has no C.
 

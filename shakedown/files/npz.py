@@ -94,10 +94,10 @@ def load_problem(path: str | os.PathLike[str]) -> Problem:
     Parameters
     ----------
     path
-        The file. Nothing in it is unpickled. Before any array is read, all their
-        headers are checked against each other, against the size of the file and
-        against a limit: a quarter of the machine's memory for all arrays together,
-        and 100 times the size of the file where that is more than 256 MiB.
+        The file. Nothing in it is unpickled. Before any array is read, the headers of all
+        are checked against each other and against the size of the file. All arrays together
+        may take a quarter of the machine's memory at most, and 100 times the size of the file
+        or 256 MiB, whichever is larger.
 
     Raises
     ------

@@ -161,9 +161,9 @@ def long_term_state(
 ) -> LongTermState:
     """Find the long-term state of a joint under its loading loop, exactly rather than by waiting.
 
-    As soon as the cycles of a period (1, 2, … ``longest_period`` cycles) pass
-    through the same sequence of contact states as those before them, the map
-    from the start of a period to the next is affine there, v ↦ J v + c. Its
+    The response may repeat after 1, 2, … ``longest_period`` load cycles. As soon as that many
+    cycles pass through the same sequence of contact states as those before them, the map
+    from the start of one such period to the next is affine there, v ↦ J v + c. Its
     limit follows from the geometric series. It is accepted when the states
     2, 4, 8, … periods ahead still pass through that sequence, and when one more
     exact period from the limit returns to it.

@@ -334,13 +334,13 @@ def sweep(
     Parameters
     ----------
     joint
-        A joint, of which named parameters are varied (:func:`with_parameter`). One from
-        :func:`import_model`: also the numbers of its configuration, by dotted keys, tables and
-        entries of lists counted from 1 (``"load.2.history.harmonics.1.sin"``), and constant loads
-        by their names, in their units (``"bolt preload"``); there the factor
-        on the friction is ``"friction.factor"``, the coefficient ``"f"``. Or a function
-        problem(parameter) or problem(parameter, parameter) that returns one, whose arguments
-        may have any names in ``vary``.
+        A joint, of which named parameters are varied (:func:`with_parameter`). If it is from
+        :func:`import_model`, every number of its configuration is a parameter too, named by its
+        dotted key, with tables and entries of lists counted from 1
+        (``"load.2.history.harmonics.1.sin"``), and so is every constant load, by its name and in
+        its unit (``"bolt preload"``); there ``"friction.factor"`` is the factor on the friction and
+        ``"f"`` the coefficient. Or a function of one or two parameters that returns a joint; its
+        parameters may have any names in ``vary``.
     vary
         Name → rising values, for one or two parameters.
     bounds
@@ -353,12 +353,12 @@ def sweep(
     open_nodes
         The nodes that stay open, for λ_max and λ_E; ``"auto"``: those of the best zone found.
     quick
-        λ_T to 0.1 %.
+        Whether λ_T is computed to 0.1 % only, which is faster.
     slip_below
         A limit on the slip range of every node in the long run [length]. The load factor up to which it holds
         from the given state is found as well (:class:`~shakedown.assessment.transient_limit.SlipLimit`).
     executor
-        Who works: any :class:`concurrent.futures.Executor`, as of threads, loky, MPI or
+        What runs the computations: any :class:`concurrent.futures.Executor`, as of threads, loky, MPI or
         ``dask.distributed.Client(…).get_executor()``. It is not shut down.
     workers
         Without an executor the number of processes, None one for each core; a function that makes joints has

@@ -239,10 +239,10 @@ def universal_bound(
 ) -> Bound:
     """The largest load factor λ_U up to which the joint is proved to shake down from every initial state.
 
-    Where an argument reaches λ_1 that is the answer: Melan's theorem (B = 0), a coupling ratio ρ* < 1, a
-    gauge of differences, two nodes (thesis §4.4), all with one tangential direction; else it is what least
-    pressures prove (docs/universal.md, section 3), round-off included, where motions are unique.
-    In every case the nodes must stay closed.
+    λ_U equals λ_1 if one of four arguments applies, all for one tangential direction: Melan's theorem
+    (B = 0), a coupling ratio ρ* < 1, a gauge of differences, or two nodes (thesis §4.4). Otherwise it is
+    what least pressures prove where motions are unique (docs/universal.md, section 3), with round-off
+    accounted for. In every case the nodes must stay closed.
 
     Parameters
     ----------
