@@ -281,11 +281,11 @@ def _hull(points: FloatArray) -> NDArray[np.intp]:
     values, directions = np.linalg.svd(spread, full_matrices=False)[1:]
     # round-off of a load, relative to the largest of its node
     rank = int(np.count_nonzero(values > 16 * EPS * len(points)))
-    along = spread @ directions[:rank].T
-    if rank < 2:
-        ends = [along[:, 0].argmin(), along[:, 0].argmax()] if rank else [0]
-        return np.sort(np.array(ends, dtype=np.intp))
-    try:
-        return np.sort(ConvexHull(along).vertices.astype(np.intp))
-    except QhullError:  # nearly flat: all of them imply themselves
-        return np.arange(len(points))
+    along = spread @ directions.T
+    corners = {int(along[:, 0].argmin()), int(along[:, 0].argmax())}
+    for k in range(2, rank + 1):  # Qhull loses corners of what is nearly flat: also those of projections
+        try:
+            corners |= set(ConvexHull(along[:, :k]).vertices.tolist())
+        except QhullError:
+            return np.arange(len(points))
+    return np.array(sorted(corners), dtype=np.intp)

@@ -136,6 +136,9 @@ def margins(problem: Problem, slip: np.ndarray, load_factor: float) -> np.ndarra
 LOOPS = {
     "space": lambda rng, t, n: np.cos(t + rng.normal(size=n)) + 0.3 * np.sin(3 * t) * rng.normal(size=n),
     "plane": lambda rng, t, n: rng.normal(size=n) * np.cos(t) + rng.normal(size=n) * np.sin(t),
+    "plane but for round-off": lambda rng, t, n: (
+        LOOPS["plane"](rng, t, n) + 3e-13 * np.cos(3 * t + 0.5) * rng.normal(size=n)
+    ),
     "line": lambda rng, t, n: rng.normal(size=n) * np.cos(t),
     "still": lambda rng, t, n: np.zeros((len(t), n)),
     "random": lambda rng, t, n: rng.normal(size=(len(t), n)),
