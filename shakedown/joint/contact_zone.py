@@ -210,7 +210,7 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
     known = problem.stiffness_accuracy is not None
     accuracy = max(stiffness_error(problem), MOTION_ROUND_OFF if known else NO_STIFFNESS)
     parts = kappa[np.ix_(held, held)], kappa[np.ix_(held, free)], follow
-    A, B, C = closed.blocks(_condensed(*parts, closed, accuracy))
+    A, B, C = closed.blocks(_condensed(*parts, accuracy))
     given = problem.initial_slip
     joint = replace(
         problem,
@@ -225,17 +225,15 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
     return Zone(problem, tuple(chosen), tuple(k), joint, follow[:, closed.slips], flexibility)
 
 
-def _condensed(
-    held: FloatArray, tie: FloatArray, follow: FloatArray, closed: Layout, accuracy: float
-) -> FloatArray:
-    """κ of the closed nodes, the slips of those that nothing holds without any stiffness.
+def _condensed(held: FloatArray, tie: FloatArray, follow: FloatArray, accuracy: float) -> FloatArray:
+    """κ of the closed nodes, the slips and gaps of those that nothing holds without any stiffness.
 
     Where a node and open ones alone are what can move, all that is left of its stiffness is the round-off
     of the difference, and nothing next to it would tell that.
     """
     left = held - tie @ follow
     noise = accuracy * (np.abs(held) + np.abs(tie) @ np.abs(follow))
-    loose = np.flatnonzero((np.abs(left[closed.slips]) <= noise[closed.slips]).all(axis=1))
+    loose = np.flatnonzero((np.abs(left) <= noise).all(axis=1))
     left[loose], left[:, loose] = 0.0, 0.0
     return left
 

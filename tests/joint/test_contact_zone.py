@@ -90,6 +90,14 @@ def test_open_nodes_that_the_body_holds_may_have_units_of_their_own():
     assert (zone.joint.n, zone.joint.A.tolist()) == (1, [[1.0]])
 
 
+def test_what_a_spring_between_two_nodes_leaves_of_one_is_nothing_not_round_off():
+    spring, along = np.array([[20.0, 4.0], [4.0, 30.0]]) / 3, [[1.0, -1.0], [-1.0, 1.0]]
+    A, B, C = (stiffness * np.array(along) for stiffness in (spring[0, 0], spring[1, 0], spring[1, 1]))
+    joint = Problem(A=A, B=B, C=C, f=0.3, q_w=[[1, 1], [-1, -1]], p_w=[[-1, -1], [-1, -1]])
+    assert not contact_zone(joint, [1]).joint.kappa.any()
+    assert shakedown.assess(joint).as_given.value == "undecided"
+
+
 def test_an_initial_gap_is_a_displacement_of_the_welded_state():
     gap = np.linspace(-1e-3, 2e-3, 9)
     shifted = with_initial_gap(BLOCK, gap)
