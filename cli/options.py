@@ -263,7 +263,7 @@ average = option(
     "--average",
     type=float,
     metavar="RADIUS",
-    help="Also averaged over this length (in the joint's unit): an element of the coarsest mesh, or more.",
+    help="Also averaged over this length (in the joint's unit): two elements of the coarsest mesh, or more.",
 )
 slip_below = option(
     "--slip-below",

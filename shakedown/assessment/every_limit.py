@@ -175,7 +175,8 @@ def _warning(share: float, nodes: Sequence[int], coarser: dict[str, float]) -> s
     changes = ", ".join(f"{name} is {change}" for name, change in changed.items())
     if len(changed) > len(set(changed.values())) == 1 and len(changed) == len(THREE_NUMBERS):
         changes = f"all three limits are {changed.popitem()[1]}"
-    finer = "; a finer mesh may lower them" * any(NOTABLE < by < inf for by in coarser.values())
+    which = "them" if min(coarser.values()) > 0 else "those that are higher"
+    finer = f"; a finer mesh may lower {which}" * any(NOTABLE < by < inf for by in coarser.values())
     return f"{edge}On the coarser mesh (every second node) {changes}{finer}."
 
 

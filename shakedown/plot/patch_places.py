@@ -14,10 +14,12 @@ from shakedown.ground.constants import MINOR, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import with_unit
 from shakedown.ground.status import STICK
+from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.arguments import once_per_problem, require_problem
 from shakedown.joint.contact_surface import TURN, contact_patches
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
+from shakedown.long_term.node_results import STICKS, statuses
 from shakedown.long_term.state import LongTermState
 from shakedown.plot.paths import normal_reactions, so_far, work_and_name
 from shakedown.plot.style import MARGIN, axes_for, node_name
@@ -241,12 +243,11 @@ def can_be_turned(problem: Problem) -> bool:
 
 def patch_data(state: LongTermState) -> str:
     """A long-term state of a joint that :func:`can_be_turned`, as JSON that ends no script element."""
-    text = json.dumps(_data(state, state.problem), ensure_ascii=False, separators=(",", ":"))
-    return text.replace("<", "\\u003c")
+    return json.dumps(_data(state), ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def _data(state: LongTermState, problem: Problem) -> dict[str, Any]:
-    history, place = state.history, model_places(problem)
+def _data(state: LongTermState) -> dict[str, Any]:
+    problem, history, place = state.problem, state.history, model_places(state.problem)
     assert place is not None
     middle = 0.5 * (place.min(axis=0) + place.max(axis=0))
     size = float(np.linalg.norm(place - middle, axis=1).max())
@@ -254,6 +255,8 @@ def _data(state: LongTermState, problem: Problem) -> dict[str, Any]:
     count = int(np.clip(24_000 // problem.n, 7, 25))  # nodes times instants, about half a MB
     times = np.linspace(max(float(history.cycle[0]), 0.0), float(history.cycle[-1]), count)
     at, (slip, work) = history.at(times), so_far(state, times)
+    # a node that slips by round-off alone sticks, also where an event touches it
+    status = np.where(np.array(statuses(state, DEFAULT)) == STICKS, STICK, np.abs(at.state))
     shown = [
         normal_reactions("normal reaction p", at.p, problem),
         (slip, with_unit("slip so far", units_of(problem).length)),
@@ -262,12 +265,12 @@ def _data(state: LongTermState, problem: Problem) -> dict[str, Any]:
     return {
         "nodes": problem.n,
         "times": [float(f"{time - times[0]:.4g}") for time in times],
-        "start": int((at.state != STICK).sum(axis=1).argmax()),
+        "start": int((status != STICK).sum(axis=1).argmax()),
         "places": ((place - middle) / size).T.round(4).tolist(),
         "faces": _faces(problem),
         "turn": _turn(problem, place).round(4).tolist(),
         "names": None if problem.label is None else [node_name(node, problem) for node in range(problem.n)],
-        "status": "".join(map(str, np.abs(at.state).ravel().tolist())),
+        "status": "".join(map(str, status.ravel().tolist())),
         "numbers": [_numbers(*each) for each in shown],
     }
 

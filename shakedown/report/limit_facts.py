@@ -217,10 +217,10 @@ def decided_by(found: Assessment) -> Iterator[Fact]:
     if problem.law.smooth.size:
         yield Fact("first slip", 0.0, rounding="down", note="without friction")
     elif 0.0 < slip.load_factor < inf and not upper.open_nodes:
-        note = f"{data_facts.node_in_words(problem, slip.node)}; below it no node slips"
+        note = f"{data_facts.node_in_words(problem, slip.node)}, from this state"
         yield Fact("first slip", slip.load_factor, rounding="down", note=note)
     if found.proved_from_this_state < found.proved_from_every_state and not limits.open_nodes:
-        yield Fact("this state", "not one of all", note=notes.not_one_of_all)
+        yield Fact("this state", "moves at once", note=notes.moves_at_once)
     if limits.mesh.warning:
         yield Fact("mesh", limits.mesh.warning)
 
@@ -351,7 +351,7 @@ def limits_table(limits: JointLimits, digits: int = FEW_DIGITS, *, simulated: bo
     return Table(["", "limit", "load factor", "limited by", "computed"], rows, (0, 1, 3))
 
 
-IN_FLOATS = "in floats"
+IN_FLOATS = "in floating point"
 
 
 def rounding_of(bound: Bound) -> Rounding:

@@ -54,6 +54,12 @@ def view(state):
     return {"data": Markup(patch_data(state)), "which": "at λ = 1.4", "name": "λ = 1.4"}
 
 
+def test_a_node_that_slips_by_round_off_alone_sticks_in_the_view(state):
+    still = replace(state, slip_per_cycle=1e-12 * state.slip_per_cycle)
+    assert "1" in json.loads(patch_data(state))["status"]
+    assert set(json.loads(patch_data(still))["status"]) == {"0"}
+
+
 def test_slip_and_work_so_far_grow_from_nothing_to_those_of_the_period(state):
     times = np.linspace(state.history.cycle[0], state.history.cycle[-1], 30)
     for found, whole in zip(

@@ -171,5 +171,5 @@ def test_a_state_that_is_none_of_those_that_every_state_means_says_why():
     joint = shakedown.example("two-node")
     inside, outside = (shakedown.assess(joint, slip) for slip in ([0.5, 0.0], [0.0, -1.5]))
     assert outside.proved_from_this_state < outside.proved_from_every_state
-    assert fact(solve_sheet(outside), "this state") == f"not one of all {notes.not_one_of_all}"
+    assert fact(solve_sheet(outside), "this state") == f"moves at once {notes.moves_at_once}"
     assert fact(solve_sheet(inside), "this state") == ""
