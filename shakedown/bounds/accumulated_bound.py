@@ -92,7 +92,7 @@ REASONS = {
     "frictionless": "a node without friction slips under any load",
     START: "the first load step, or the mean load, leaves a node without pressure there",
     OWN_LIMIT: "slip of a node does not relieve its own limit",
-    COUPLING: "slips of the nodes may drive each other on",
+    COUPLING: "slip of one node may cause slip of another, and so on without end",
     ALL_DIRECTIONS: "a node may slip in every direction",
     "round-off": "round-off decides whether the conditions hold",
 }

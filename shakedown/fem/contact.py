@@ -74,7 +74,7 @@ def contact_problem(
         The second body and its contact boundary, with matching nodes unless ``coupling`` says otherwise.
     coupling
         ``"nodes"``: node to node. ``"mortar"``: meshes that need not match (docs/mortar.md); results are at
-        the nodes of the first body, which better be the coarser.
+        the nodes of the first body, which should be the coarser.
     reach
         With a mortar coupling: the largest distance at which facets count as meeting, by default a quarter of
         the size of a facet [length].

@@ -61,7 +61,7 @@ def averaged(problem: Problem, radius: float) -> Problem:
     else:
         knots = spread_knots(surface, np.full(problem.n, float(radius)))
     if len(knots) == problem.n:
-        logging.getLogger("shakedown").warning("averaging over %g changes nothing: elements are as long", radius)
+        logging.getLogger("shakedown").warning("averaging over %g does nothing: elements are as long", radius)
     return between_knots(problem, surface, knots)
 
 

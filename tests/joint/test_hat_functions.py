@@ -125,4 +125,4 @@ def test_a_length_below_an_element_says_that_nothing_is_averaged(caplog):
     block = shakedown.example("block-9")
     assert (averaged(block, 0.5).n, caplog.messages) == (5, [])
     assert averaged(block, 0.1).A.tolist() == block.A.tolist()
-    assert caplog.messages == ["averaging over 0.1 changes nothing: elements are as long"]
+    assert caplog.messages == ["averaging over 0.1 does nothing: elements are as long"]

@@ -168,8 +168,8 @@ def _load_factor(inverse: float) -> float:
 ARGUMENTS = {  # what the names of the proofs stand for, where they are not self-explanatory
     "Melan": "slip changes no pressure",
     "differences": "no slip raises the differences between nodes",
-    "least pressures": "friction under its least pressure holds each node, however the others slip",
-    "rigid motions apart": "slip of a body as a whole is bounded separately",
+    "least pressures": "each node is held by friction under the least pressure that slip of others can leave",
+    "rigid motions apart": "slip of a body as a whole is bounded on its own",
 }
 
 
