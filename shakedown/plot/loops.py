@@ -255,7 +255,7 @@ def loop(state: LongTermState | Simulation, *, load: int = 0, ax: Axes | None = 
     ...     load_reactions=[[-1.0, 0.0]], load_history=[[3.0], [-3.0]], load_compliance=[[0.1]],
     ... )
     >>> plot.loop(shakedown.long_term_state(joint, 1.0)).get_title()
-    'load 0, area 4 in one period'
+    'load 0\\narea 4 in one period'
     """
     problem = state.problem
     loops = load_loops(problem, getattr(state, "settled", state))
@@ -264,7 +264,7 @@ def loop(state: LongTermState | Simulation, *, load: int = 0, ax: Axes | None = 
     axes = axes_for(ax)
     axes.plot(loops.displacement[:, load], loops.load[:, load], ".-", color=style.LINES[0], lw=1.3, ms=3)
     area = sized(float(loops.areas[load]), units_of(problem).work)
-    title = f"{load_title(problem, load)}, area {area} in one period"
+    title = f"{load_title(problem, load)}\narea {area} in one period"
     moved = with_unit("conjugate displacement", loops.units[load].moved(problem))
     return finished(axes, moved, with_unit("load", loops.units[load].load or "units of it"), title=title)
 

@@ -258,7 +258,7 @@ def test_a_load_by_its_name_and_its_pictures():
     assert (x[0], y[0]) == (x[-1], y[-1])
     for record in (True, False):  # of a simulation the period that it found, recorded or not
         run = shakedown.simulate(jenkins(), 2.0, record=record)
-        assert loop(run).get_title() == "load 0 (push), area 2 in one period"
+        assert loop(run).get_title() == "load 0 (push)\narea 2 in one period"
     with pytest.raises(UsageError, match="load: expected a number from 0 to 0"):
         loop(shakedown.long_term_state(jenkins(), 2.0), load=1)
 
