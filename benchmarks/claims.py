@@ -288,7 +288,7 @@ def caption() -> str:
     slipping = [row["slipping"][loads.index(shear * factor)] for factor in (first, last)]
     text = (
         f"A flange of {row['n']} contact pairs under a cyclic shear: up to an amplitude of {proved / 1e3} kN slip is proved to "
-        f"cease, however the flange was assembled; above {impossible / 1e3} kN it never does while all pairs stay in contact. "
+        f"cease on this mesh, however the flange was assembled; above {impossible / 1e3} kN it never does while all pairs stay in contact. "
         f"At {shear * first:g} kN, {slipping[0]} pairs slip in every cycle. At {shear * last:g} kN, {slipping[1]} do, and friction "
         f"dissipates {row['work'][-1]:.1f} N mm per cycle."
     )
