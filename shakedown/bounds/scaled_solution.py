@@ -139,7 +139,10 @@ def scaled_discs(rows: DiscRows, towards: float, cap: float = np.inf) -> ScaledD
     w = weights[:n][rows.node][:, None]
     C, E = rows.c * w, rows.e * w
     gap_c, gap_e = rows.half_spaces.g * weights[n:], rows.half_spaces.d * weights[n:]
-    varying = median_size(np.append(np.linalg.norm(E, axis=1), np.abs(gap_e)))
+    changes = np.append(np.linalg.norm(E, axis=1), np.abs(gap_e))
+    # a load that varies by round-off, or by its last printed digit, says nothing of the size of load factors
+    vary = changes > SIX_DIGITS * (loads * weights)[np.append(rows.node, np.arange(n, len(loads)))]
+    varying = median_size(changes[vary]) or median_size(changes)
     unit = median_size(np.append(np.linalg.norm(C, axis=1), np.abs(gap_c))) or varying or 1.0
     load_unit = unit / (varying or unit)
     bounds = np.array([-1.0, 1.0])[: 1 + np.isfinite(cap)]

@@ -182,7 +182,7 @@ def check_definiteness(arrays: Mapping[str, FloatArray], rounding: float) -> Non
     """
     if "C" in arrays:
         matrix = np.block([[arrays["A"], arrays["B"].T], [arrays["B"], arrays["C"]]])
-        expected = "keys 'A', 'B', 'C': expected kappa = [[A, B^T], [B, C]] positive semi-definite, in the same units"
+        expected = "keys 'A', 'B', 'C': expected [[A, B^T], [B, C]] positive semi-definite, in one unit"
     else:
         matrix, expected = arrays["A"], "key 'A': expected a positive semi-definite matrix"
     scale = np.abs(matrix).max()

@@ -252,6 +252,21 @@ def test_the_safest_slip_has_a_ball_of_safe_slips(seed):
     assert shakedown.safe_slip(problem, 1.001 * upper.load_factor).status == Status.INFEASIBLE
 
 
+@pytest.mark.parametrize("noise", [1e-15, 1e-13, 1e-11])
+def test_loads_that_vary_by_round_off_at_most_nodes_are_constant(noise):
+    joint, rng = random_joint(np.random.default_rng(4), 5), np.random.default_rng(0)
+    swing = np.zeros_like(joint.q_w)
+    swing[:, :2] = np.cos(2 * np.pi * np.arange(len(swing)) / len(swing))[:, None]
+    still = {"q_mean": joint.q_w[0], "p_mean": joint.p_w[0], "p_w": np.tile(joint.p_w[0], (len(swing), 1))}
+    exact, off = (
+        shakedown.upper_bound(
+            replace(joint, q_w=joint.q_w[0] + swing + size * rng.normal(size=swing.shape), **still)
+        )
+        for size in (0.0, noise)
+    )
+    assert off.load_factor == pytest.approx(exact.load_factor, rel=1e-9)
+
+
 def test_a_node_that_is_pressed_ever_more_limits_nothing_at_last():
     """A chain held by a soft spring at one end; the programs had no end from 1e9 on."""
     rng, n = np.random.default_rng(0), 5

@@ -133,7 +133,7 @@ MALFORMED = {
         {"A": np.diag([1.0, -1.0]), "C": None},
         "key 'A': expected a positive semi-definite matrix",
     ),
-    "kappa indefinite": ({"B": 10 * np.eye(2)}, "positive semi-definite, in the same units, found the eigenvalue"),
+    "kappa indefinite": ({"B": 10 * np.eye(2)}, "positive semi-definite, in one unit, found the eigenvalue"),
     "name a number": ({"name": np.array(3.0)}, "key 'name': expected one text string"),
 }
 
