@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.bounds.coupling import Uniqueness, coupling, difference_gauge, unique_in_contact
+from shakedown.ground.constants import NEGLIGIBLE
 from shakedown.ground.errors import Missing, attempt
 from shakedown.ground.shown_values import up
 from shakedown.ground.status import Guarantee
@@ -55,6 +56,9 @@ def lift_off_bound(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> flo
     True
     """
     rows, corners = constraints(problem), step_loads(problem)
+    # a load that is round-off of the others would be scaled up to them, and its cost above theirs
+    size = np.maximum(np.abs(rows.g), np.abs(corners).max(axis=0))
+    corners = corners[(np.abs(corners) > NEGLIGIBLE * size).any(axis=1)]
     count, all_slips = len(corners), np.full(rows.n, INF)
     program = Simplex(
         Program(
