@@ -171,7 +171,8 @@ def _solved(
     radius = value = gap = nan
     if end.status == Status.OPTIMAL:
         radius, value = allowed(end.x[:r])
-        value = value if np.isfinite(value) else float(end.x[-1]) / unit
+        if end.accuracy <= 10 * ROUND_OFF or not np.isfinite(value):
+            value = float(end.x[-1]) / unit
         most = _proved(program, end) / unit
         gap = most / value - 1.0 if value > 0 else most
     slip = start + limits.metric.inverse @ end.x[:r] * about.length

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from bounds.energy.joints import one_node, plainly, space_joint, strong_joint
 from joints import safe_later
+from joints_in_space import random_joint
 
 import shakedown
 from benchmarks.problems import random_problem
@@ -122,3 +123,18 @@ def test_nodes_without_stiffness_in_one_direction_have_a_share(seed):
     joint = loaded(rng, root @ root.T)
     energy, upper = shakedown.energy_bound(joint, certify=False), shakedown.upper_bound(joint, certify=False)
     assert not energy.load_factor > upper.load_factor * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("noise", [1e-15, 1e-14, 1e-13])
+@pytest.mark.parametrize("seed", [0, 3, 6])
+def test_a_node_whose_load_varies_by_round_off_alone_decides_nothing(noise, seed):
+    joint, rng = random_joint(np.random.default_rng(seed), 4), np.random.default_rng(seed)
+    p = joint.p_w[0] * [0.3, 1.0, 1.0, 1.0]  # it is near its limit
+    mean = {"q_mean": joint.q_w[0], "p_mean": p, "p_w": np.tile(p, (4, 1))}
+    swing = rng.normal(size=(4, 1)) * np.append(np.zeros(2), rng.normal(size=6))
+
+    def bound(loads):
+        return energy_bound(replace(joint, q_w=joint.q_w[0] + loads, **mean), split=False)
+
+    exact, off = bound(swing), bound(swing + noise * rng.normal(size=swing.shape))
+    assert [off.load_factor, off.certified] == pytest.approx([exact.load_factor] * 2, rel=1e-9)
