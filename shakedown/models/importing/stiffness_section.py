@@ -16,7 +16,7 @@ import numpy as np
 
 from shakedown.ground.constants import MINOR, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError, found_in
-from shakedown.joint.problem import COARSEST
+from shakedown.joint.fields import COARSEST
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.readers import nastran
 from shakedown.models.readers.abaqus import ABAQUS_MATRIX
