@@ -32,37 +32,32 @@ AT_LOAD_FACTOR = ("safe", "witness")  # states that exist at a load factor alone
 option = partial(click.option, show_default=True)
 
 
-def reads(name: str, path: str | os.PathLike[str]) -> None:
-    """Note a file that is read; raises ``UsageError`` where an output of this call would replace it."""
-    _claim(name, os.fspath(path), written=False)
+def claim(name: str, path: str | os.PathLike[str], *, written: bool = False) -> None:
+    """Note a file that is read or written.
 
-
-def writes(name: str, path: str | os.PathLike[str]) -> None:
-    """Note a file to write; raises ``UsageError`` where it is another file of this call."""
-    _claim(name, os.fspath(path), written=True)
-
-
-def writes_whole(name: str, path: Path) -> None:
-    """As :func:`writes`, after a check that the file can be written."""
-    check_target(path)
-    writes(name, path)
-
-
-def pieces_of(output: Path | None, resume: bool) -> None:
-    """Note the folder beside the output in which a run keeps its pieces."""
-    if output is not None:
-        writes("the pieces of -o", pieces_beside(output))
-    elif resume:
-        raise click.UsageError("--resume: expected -o FILE, beside which the pieces of the run are kept")
-
-
-def _claim(name: str, path: str, *, written: bool) -> None:
+    Raises ``UsageError`` where it is written and is another file of this call, or read and to be replaced.
+    """
+    path = os.fspath(path)
     claims: list[tuple[str, str, bool]] = click.get_current_context().meta.setdefault(CLAIMS, [])
     for other, known, replaced in claims:
         output, file, beside = (name, path, other) if written else (other, known, name)
         if (written or replaced) and _is_same(path, known):
             raise click.UsageError(f"{output}: expected another file than {beside}, found {shortened(file)}")
     claims.append((name, path, written))
+
+
+def writes_whole(name: str, path: Path) -> None:
+    """Note a file to write, after a check that it can be written."""
+    check_target(path)
+    claim(name, path, written=True)
+
+
+def pieces_of(output: Path | None, resume: bool) -> None:
+    """Note the folder beside the output in which a run keeps its pieces."""
+    if output is not None:
+        claim("the pieces of -o", pieces_beside(output), written=True)
+    elif resume:
+        raise click.UsageError("--resume: expected -o FILE, beside which the pieces of the run are kept")
 
 
 def _is_same(one: str, other: str) -> bool:
@@ -166,16 +161,16 @@ class ProblemFile(click.ParamType):
             raise shakedown.ProblemError(
                 f"{value}: no such file, and no built-in problem (there are {names})"
             )
-        reads(name_of(param), value)
+        claim(name_of(param), value)
         return shakedown.load_problem(value)
 
 
 def imported(name: str, path: str | os.PathLike[str], **settings: Any) -> shakedown.Import:
     """The import of a configuration; it and the files that it names are noted as read."""
-    reads(name, path)
+    claim(name, path)
     made = shakedown.import_model(path, **settings)
     for source in made.sources:
-        reads(f"{source}, which {name} names", Path(path).parent / source)
+        claim(f"{source}, which {name} names", Path(path).parent / source)
     return made
 
 
@@ -184,18 +179,14 @@ def file_named() -> str:
     return str(click.get_current_context().meta[NAMED])
 
 
-def zone_nodes(problem: Problem) -> tuple[int, ...]:
-    """The nodes that are open in the zone with the largest λ_max."""
-    return shakedown.upper_bound(problem, open_nodes="auto", certify=False).open_nodes
-
-
 def start_of(
     problem: Problem, load_factor: float, initial: str | None, open_nodes: tuple[int, ...] | Literal["auto"]
 ) -> tuple[str, tuple[int, ...], FloatArray]:
     """The initial state of a run: the word for it, the nodes that are open, and the slip, (dn,)."""
     word = word_for(problem, initial)
-    opened = zone_nodes(problem) if open_nodes == "auto" else open_nodes
-    return word, opened, initial_state(problem, word, load_factor, opened)
+    if open_nodes == "auto":  # those of the zone with the largest λ_max
+        open_nodes = shakedown.upper_bound(problem, open_nodes="auto", certify=False).open_nodes
+    return word, open_nodes, initial_state(problem, word, load_factor, open_nodes)
 
 
 def word_for(problem: Problem, initial: str | None) -> str:
@@ -220,7 +211,7 @@ def initial_state(
         why = f"of a problem with {len(states)} given states" if given else "which is no file"
         known = f"{', '.join(('zero', 'given', 'given:K', *made[1:]))} or PATH.npy"
         raise click.UsageError(f"--initial: expected {known}, found {shortened(initial)}, {why}")
-    reads("--initial", initial)
+    claim("--initial", initial)
     try:
         return shakedown.load_initial_slip(initial)
     except shakedown.ProblemError as error:

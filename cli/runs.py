@@ -154,7 +154,7 @@ def verify(
         from shakedown.report.html import report_path, write_report  # what draws is wanted only here
 
         report_path(output)  # before the work, not after
-        options.writes("the JSON beside -o", output.with_suffix(".json"))
+        options.claim("the JSON beside -o", output.with_suffix(".json"), written=True)
     with progress("verification") as update:
         result = shakedown.verify(problem, load_factors=load_factors or None, progress=update, **settings)
     if output is not None:

@@ -111,10 +111,10 @@ def critical(problem: Problem, budget: int, list_all: bool) -> Answer:
     from shakedown.bounds.critical import subset_count  # loads a solver
 
     if problem.directions == 1:
-        n, smooth = problem.n, len(problem.law.smooth)
-        count = subset_count(n, smooth)
+        n, frictionless = problem.n, len(problem.law.frictionless)
+        count = subset_count(n, frictionless)
         subsets = "1 subset" if count == 1 else f"{count:,} subsets"
-        remark(f"{subsets} of {n + 1} of {2 * n + smooth} constraints")
+        remark(f"{subsets} of {n + 1} of {2 * n + frictionless} constraints")
     with progress("subsets") as update:
         found = shakedown.critical_load_factors(problem, budget=budget, values=list_all, progress=update)
     return Answer(partial(document, problem, found), partial(critical_sheet, problem, found))

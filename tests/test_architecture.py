@@ -26,11 +26,12 @@ LAYERS = (
     },
     {
         "bounds.energy",
+        "bounds.every_state",
         "motion.plane",
         "motion.space",
         "models.condensation",
     },
-    {"long_term", "long_term.plane", "bounds.every_state", "models.readers"},
+    {"long_term", "long_term.plane", "models.readers"},
     {"assessment", "long_term.space", "models", "models.importing", "fem"},
     {"studies", "plot"},
     {"report"},

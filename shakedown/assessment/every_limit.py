@@ -487,7 +487,7 @@ class JointLimits(Result):
     def subsets(self) -> int | None:
         """How many (n+1)-subsets of rows there are to enumerate; None where there is no first collapse."""
         problem = self.problem
-        return None if "lower" in self.absent else subset_count(problem.n, len(problem.law.smooth))
+        return None if "lower" in self.absent else subset_count(problem.n, len(problem.law.frictionless))
 
 
 @checked

@@ -10,20 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.bounds.arc_search import (
-    ALL_DIRECTIONS,
-    COUPLING,
-    MARGIN,
-    OWN_LIMIT,
-    START,
-    SUBDIVISIONS,
-    ArcLimits,
-    ArcSearch,
-    NoSlipBound,
-    SlipArcs,
-    all_cells,
-    origins,
-)
+from shakedown.bounds.arc_search import MARGIN, REASONS, SECTOR_PARTS, ArcSearch, NoSlipBound, SlipArcs
 from shakedown.bounds.bound_result import Bound, Evidence
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO, Exact, exact_numbers
 from shakedown.ground.constants import FOUR_DIGITS, HALVINGS, ROUND_OFF, SEVEN_DIGITS, FloatArray
@@ -86,16 +73,7 @@ def _loads(problem: Problem, load_factor: float) -> Exact:
 
 
 ACCURACY = {1: SEVEN_DIGITS, 2: FOUR_DIGITS}  # relative, of the load factor, by the number of directions
-SECTOR_PARTS = {1: (1,), 2: (1, SUBDIVISIONS**2)}  # parts of a 96th of the circle, undivided at first
 STEPS_BACK = (0.0, 1e-9, 1e-7, 1e-5)  # from a load factor until its conditions are confirmed, relative
-REASONS = {
-    "frictionless": "a node without friction slips under any load",
-    START: "the first load step, or the mean load, leaves a node without pressure there",
-    OWN_LIMIT: "slip of a node does not relieve its own limit",
-    COUPLING: "slip of one node may cause slip of another, and so on without end",
-    ALL_DIRECTIONS: "a node may slip in every direction",
-    "round-off": "round-off decides whether the conditions hold",
-}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -139,11 +117,6 @@ class TotalSlip(Evidence):
     initial_slip: FloatArray = field(repr=False)
     start_error: FloatArray = field(repr=False)
 
-    @property
-    def limited_because(self) -> str:
-        """``limited_by`` in words; empty where nothing limits it."""
-        return REASONS.get(self.limited_by, "")
-
     def document(self, bound: Bound) -> dict[str, Any]:
         """The bound as JSON knows it; of a certificate whether there is one."""
         return super().document(bound) | {"certified": bound.certified is not None}
@@ -151,7 +124,7 @@ class TotalSlip(Evidence):
     def remark(self, bound: Bound) -> str:
         """What ends the proof, and at which node."""
         at = f", at node {self.node}" if self.node >= 0 else ""
-        return f"{self.limited_because}{at}" if self.limited_by else bound.reason
+        return f"{REASONS[self.limited_by]}{at}" if self.limited_by else bound.reason
 
 
 def of_joint(limits: Any) -> Bound:
@@ -204,7 +177,7 @@ def accumulated_bound(
     for parts in SECTOR_PARTS[problem.directions]:
         if load_factor < inf:
             try:
-                load_factor, arcs, why = _bisected(_search(problem, start, error, parts), load_factor)
+                load_factor, arcs, why = _bisected(ArcSearch.of(problem, start, error, parts), load_factor)
             except NoSlipBound as reason:  # narrower sectors may still prove something
                 why = why or reason
     return _confirmed(problem, start, error, load_factor, arcs, why)
@@ -241,7 +214,8 @@ def total_slip_bound(
     check_load_factor(load_factor, problem)
     start, error = _checked_start(problem, initial_slip, start_error)
     try:
-        _, arcs = _search(problem, start, error, SECTOR_PARTS[problem.directions][-1]).closed(load_factor)
+        parts = SECTOR_PARTS[problem.directions][-1]
+        _, arcs = ArcSearch.of(problem, start, error, parts).closed(load_factor)
     except NoSlipBound as reason:
         return _no_bound(start, error, reason)
     return _confirmed(problem, start, error, load_factor, arcs, None)
@@ -257,15 +231,6 @@ def _checked_start(
     error = np.broadcast_to(error, problem.n).copy()
     checked_initial_slip(problem, error.repeat(problem.directions), "start error")
     return slip, error
-
-
-def _search(problem: Problem, start: FloatArray, start_error: FloatArray, parts: int) -> ArcSearch:
-    """A search with no cell chosen yet; cells may be divided into a number of parts."""
-    if problem.law.smooth.size:
-        raise NoSlipBound("frictionless", int(problem.law.smooth[0]))
-    limits = ArcLimits(with_free_rigid_slips(problem), start, start_error)
-    cells = all_cells(origins(limits.problem), problem.directions, parts)
-    return ArcSearch(limits, cells, limits.slacks(cells.node, cells.corners))
 
 
 def _bisected(search: ArcSearch, proved: float) -> tuple[float, SlipArcs, NoSlipBound | None]:
@@ -309,19 +274,13 @@ def _confirmed(
         load_factor = (1.0 - back) * found
         at = min(load_factor, 1.0)  # where conditions hold at every load factor
         if not exact or confirmed(joint, start, start_error, at, arcs):
-            evidence = TotalSlip(
-                total_slip=np.bincount(arcs.node, arcs.total, minlength=problem.n).astype(float),
-                limited_by="" if why is None else why.word,
-                node=-1 if why is None else why.node,
-                arcs=arcs,
-                initial_slip=start,
-                start_error=start_error,
-            )
+            total = np.bincount(arcs.node, arcs.total, minlength=problem.n).astype(float)
+            word, node = ("", -1) if why is None else (why.word, why.node)
             return Bound(
                 kind="accumulated",
                 status=Status.OPTIMAL if load_factor < inf else Status.UNBOUNDED,
                 load_factor=load_factor,
-                evidence=evidence,
+                evidence=TotalSlip(total, word, node, arcs, start, start_error),
                 reason="" if load_factor < inf else "no load factor takes any node nearer to slipping",
                 certified=load_factor if exact else None,
             )

@@ -14,12 +14,14 @@ from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.joint.rigid_slips import with_free_rigid_slips
 
 Numbers = NDArray[np.intp]
 Flags = NDArray[np.bool_]
 
 SECTORS = 96  # sectors of a circle at the start
 SUBDIVISIONS = 15  # parts of a cell that is divided
+SECTOR_PARTS = {1: (1,), 2: (1, SUBDIVISIONS**2)}  # parts of a 96th of the circle, undivided at first
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -179,7 +181,15 @@ def crossed(x: FloatArray, y: FloatArray) -> FloatArray:
     return np.asarray(x[..., 0] * y[..., 1] - x[..., 1] * y[..., 0])
 
 
-OWN_LIMIT, COUPLING = "own limit", "coupling"
+START, OWN_LIMIT, COUPLING, ALL_DIRECTIONS = "start", "own limit", "coupling", "all directions"
+REASONS = {
+    "frictionless": "a node without friction slips under any load",
+    START: "the first load step, or the mean load, leaves a node without pressure there",
+    OWN_LIMIT: "slip of a node does not relieve its own limit",
+    COUPLING: "slip of one node may cause slip of another, and so on without end",
+    ALL_DIRECTIONS: "a node may slip in every direction",
+    "round-off": "round-off decides whether the conditions hold",
+}  # why nothing bounds the slips
 MARGIN = 10 * ROUND_OFF  # relative to the terms of a sum: larger than the round-off of thousands of nodes
 ROUNDED_UP = 1.0 + MARGIN
 
@@ -247,10 +257,6 @@ class NoSlipBound(Exception):
         self.word, self.node = word, node
 
 
-START = "start"
-ALL_DIRECTIONS = "all directions"
-
-
 class Slacks(NamedTuple):
     """min(base − λ fall, before): the smallest slack under all loads up to a load factor.
 
@@ -307,8 +313,8 @@ class ArcLimits:
             found.fall[mine] = np.maximum(-least(loop.q1, loop.p1), 0.0)
             found.before[mine] = least(*before)
             # what the error of the initial slip may take
-            ways = (self._fB[i, off, y] + e[mine] @ self._A[i, :, off, y].T for y in range(e.shape[2]))
-            locked[mine] -= np.sqrt(sum(way**2 for way in ways)) @ self._error[off]
+            effects = (self._fB[i, off, y] + e[mine] @ self._A[i, :, off, y].T for y in range(e.shape[2]))
+            locked[mine] -= np.sqrt(sum(effect**2 for effect in effects)) @ self._error[off]
         return Slacks(found.base + locked, found.fall, found.before + locked)
 
     def check_pressed(self, load_factor: float) -> None:
@@ -374,6 +380,15 @@ class ArcSearch:
     limits: ArcLimits
     cells: Cells
     slacks: Slacks
+
+    @classmethod
+    def of(cls, problem: Problem, start: FloatArray, start_error: FloatArray, parts: int) -> "ArcSearch":
+        """With no cell chosen yet; cells may be divided into a number of parts."""
+        if problem.law.frictionless.size:
+            raise NoSlipBound("frictionless", int(problem.law.frictionless[0]))
+        limits = ArcLimits(with_free_rigid_slips(problem), start, start_error)
+        cells = all_cells(origins(limits.problem), problem.directions, parts)
+        return cls(limits, cells, limits.slacks(cells.node, cells.corners))
 
     def closed(self, load_factor: float) -> tuple["ArcSearch", SlipArcs]:
         """Extend the chosen cells until nodes slip only in these, and bound their slips there.

@@ -7,7 +7,7 @@ from math import inf, nan
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import SETTLED, FloatArray
+from shakedown.ground.constants import CONVERGED, FloatArray
 from shakedown.ground.errors import Missing
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -16,15 +16,8 @@ from shakedown.joint.constraints import Constraints, constraints, loading, press
 from shakedown.joint.law import Law
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.programs.exact_program import (
-    ExactProgram,
-    ExactVertex,
-    IntegerRows,
-    PivotBudget,
-    enclosure,
-    exact_vertex,
-    proves_at_most,
-)
+from shakedown.programs import exact_program
+from shakedown.programs.exact_program import ExactProgram, ExactVertex
 from shakedown.programs.program import INF, Program, Solution, without_round_off
 from shakedown.programs.simplex import ChebyshevCentre, chebyshev_centre
 
@@ -65,7 +58,7 @@ class ExactRows:
         Those positive numbers.
     """
 
-    matrix: IntegerRows
+    matrix: exact_program.IntegerRows
     right: list[int]
     factors: list[Fraction]
 
@@ -99,7 +92,7 @@ def exact_rows(problem: Problem) -> ExactRows:
         np.where((periodic != 0.0).any(axis=0), exact_numbers(samples) - mean, mean - mean)
         for periodic, samples, mean in ((loop.q1, problem.q_w, q0), (loop.p1, problem.p_w, p0))
     )
-    d = law.against(q1, p1).max(axis=0)  # the largest of ±q¹ − f p¹ over the load steps
+    d = law.load_terms(q1, p1).max(axis=0)  # the largest of ±q¹ − f p¹ over the load steps
     return _whole(np.column_stack([law.stiffness(A, B), d, law.cone(q0, p0)]))
 
 
@@ -123,7 +116,7 @@ def _whole(rows: Exact) -> ExactRows:
     """Every row times the least common denominator of its entries."""
     from flint import fmpq_mat
 
-    matrix: IntegerRows = []
+    matrix: exact_program.IntegerRows = []
     right: list[int] = []
     factors: list[Fraction] = []
     for row in rows.tolist():
@@ -201,7 +194,7 @@ def certified_upper(problem: Problem, outcome: Solution, tolerances: Tolerances)
     rows = exact_rows(problem)
     program = _upper_program(rows)
     start = _start(program, outcome)
-    end = exact_vertex(program, *start)
+    end = exact_program.exact_vertex(program, *start)
     if end is None:
         return Missing(NO_VERTEX)
     return _accepted(_certificate(program, end, rows), problem, outcome, tolerances)
@@ -229,8 +222,8 @@ def certified_lower(
     rows = exact_rows(problem)
     program = _collapse_program(rows, first)
     # of all pivots, as every node takes dozens where the coupling is round-off
-    budget = PivotBudget(5e5)
-    best = exact_vertex(program, *_start(program, outcomes[first]), budget)
+    budget = exact_program.PivotBudget(5e5)
+    best = exact_program.exact_vertex(program, *_start(program, outcomes[first]), budget)
     if best is None or best.status != Status.OPTIMAL:
         return first, Missing(NO_VERTEX)
     node = first
@@ -250,13 +243,13 @@ def certified_lower(
 
 
 def _collapses_earlier(
-    program: ExactProgram, outcome: Solution, best: ExactVertex, budget: PivotBudget
+    program: ExactProgram, outcome: Solution, best: ExactVertex, budget: exact_program.PivotBudget
 ) -> ExactVertex | Missing | None:
     """The earlier collapse of a node, if it is below the best one; None where it is proved not to be."""
     start, value = _start(program, outcome), (-best.x[-1], best.x_scale)
-    if outcome.status == Status.OPTIMAL and proves_at_most(program, *start, value):
+    if outcome.status == Status.OPTIMAL and exact_program.proves_at_most(program, *start, value):
         return None
-    end = exact_vertex(program, *start, budget)
+    end = exact_program.exact_vertex(program, *start, budget)
     if end is None or end.status == Status.UNBOUNDED:
         return Missing(NO_VERTEX)
     if end.status == Status.OPTIMAL and end.x[-1] * best.x_scale < best.x[-1] * end.x_scale:
@@ -297,7 +290,7 @@ def _left_open(problem: Problem, rows: Constraints, outcome: Solution) -> float:
     slip, load_factor = rows.slips(outcome.x[:-1]), outcome.x[-1]
     stiffness = problem.law.stiffness_terms(problem.A, problem.B)
     terms = stiffness @ np.abs(slip) + np.abs(rows.g) + abs(load_factor) * np.abs(rows.d)
-    return float(SETTLED * (np.abs(outcome.multipliers) @ terms))
+    return float(CONVERGED * (np.abs(outcome.multipliers) @ terms))
 
 
 def _agree(one: float, two: float, margin: float, rows: Constraints, tolerances: Tolerances) -> bool:
@@ -350,7 +343,7 @@ def _certificate(program: ExactProgram, end: ExactVertex, rows: ExactRows) -> Ce
     else:
         value = abs(end.x[-1])
         slip = _rounded(end.x[:-1], end.x_scale)
-        low, high = enclosure(value, end.x_scale)
+        low, high = exact_program.enclosure(value, end.x_scale)
         near = value / end.x_scale
     return Certificate(
         end.status, low, high, near, slip, multipliers, tuple(np.flatnonzero(multipliers).tolist())

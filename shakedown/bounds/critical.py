@@ -8,15 +8,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from shakedown.bounds.intersection import (
-    Intersection,
-    SubtreeFindings,
-    in_batches,
-    intersection,
-    joined,
-    scaled_rows,
-    solve_subsets,
-)
+from shakedown.bounds import intersection
+from shakedown.bounds.intersection import Intersection, SubtreeFindings
 from shakedown.bounds.lower import lower_bound
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
@@ -75,7 +68,7 @@ class CriticalLoadFactors(Result):
 
 
 @checked
-def subset_count(n: int, smooth: int = 0) -> int:
+def subset_count(n: int, frictionless: int = 0) -> int:
     """Number of (n+1)-subsets of 2n rows, and of one more for each of so many nodes without friction.
 
     Examples
@@ -85,9 +78,9 @@ def subset_count(n: int, smooth: int = 0) -> int:
     """
     if not 0 <= n <= MOST_NODES:
         raise UsageError(f"n: expected a number of nodes from 0 to {MOST_NODES:,}, found {n}")
-    if not 0 <= smooth <= n:
-        raise UsageError(f"smooth: expected a number from 0 to {n:,}, found {smooth}")
-    return comb(2 * n + smooth, n + 1)
+    if not 0 <= frictionless <= n:
+        raise UsageError(f"frictionless: expected a number from 0 to {n:,}, found {frictionless}")
+    return comb(2 * n + frictionless, n + 1)
 
 
 @checked
@@ -135,13 +128,13 @@ def critical_load_factors(
     if threads is not None:
         check_count("threads", threads)
     rows = constraints(problem)
-    scaled, total = scaled_rows(rows), subset_count(rows.n, len(rows.g) - 2 * rows.n)
+    scaled, total = intersection.scaled_rows(rows), subset_count(rows.n, len(rows.g) - 2 * rows.n)
     _check_budget(rows, total, budget)
     if total <= SMALL:
         values = True if values is None else values
-        batches = in_batches(combinations(range(len(rows.g)), rows.n + 1))
+        batches = intersection.in_batches(combinations(range(len(rows.g)), rows.n + 1))
         parts: Iterator[SubtreeFindings] = (
-            solve_subsets(np.array(each), scaled, tolerances, values=values) for each in batches
+            intersection.solve_subsets(np.array(each), scaled, tolerances, values=values) for each in batches
         )
     else:
         from shakedown.bounds.walk_kernel import Tree, pieces  # compiled, loaded where it is used
@@ -155,13 +148,13 @@ def critical_load_factors(
         pieces_found.append(part)
         if progress is not None:
             progress(sum(each.subsets for each in pieces_found), total)
-    found = joined(pieces_found)
+    found = intersection.joined(pieces_found)
     return CriticalLoadFactors(
         total=total,
         regular=found.regular,
         degenerate=total - found.regular,
-        smallest_positive=intersection(rows, found.smallest_positive[1]),
-        smallest_feasible=intersection(rows, found.smallest_feasible[1]),
+        smallest_positive=intersection.intersection(rows, found.smallest_positive[1]),
+        smallest_feasible=intersection.intersection(rows, found.smallest_feasible[1]),
         load_factors=np.sort(found.load_factors) if values else None,
     )
 

@@ -125,7 +125,7 @@ class DiscRows:
         return sparse.csr_matrix((np.ones(count), (self.node, np.arange(count))), shape=shape)
 
     @cached_property
-    def smooth(self) -> Mask:
+    def frictionless(self) -> Mask:
         """The discs (j,) of nodes that never have a limit above zero: their reactions must vanish."""
         limited: Mask = np.logical_or.reduce(self.stiffness[:, 0] != 0, axis=1)
         limited[self.node[(self.c[:, 0] != 0) | (self.e[:, 0] != 0)]] = True
@@ -179,7 +179,7 @@ class DiscRows:
         Of its discs one is at the load step of its least pressure.
         """
         y = y.copy()
-        y[self.smooth, 0] = 0.0
+        y[self.frictionless, 0] = 0.0
         for row in np.flatnonzero(self.half_spaces.side == Side.PRESSURE):
             own = self.names[self.node] == self.half_spaces.node[row]
             least = np.flatnonzero(own & (self.step == self.half_spaces.step[row]))
@@ -266,13 +266,13 @@ def _pressures(problem: Problem, p0: FloatArray, less: FloatArray, step: Indices
 
     ``less`` (m, n) is what they take from p0 (n,) at load factor 1.
     """
-    smooth = problem.law.smooth
+    frictionless = problem.law.frictionless
     return Constraints(
-        G=-pressure_stiffness(problem)[smooth],
-        d=less[:, smooth].max(axis=0),
-        g=p0[smooth],
-        node=smooth,
-        side=np.full(len(smooth), Side.PRESSURE),
-        step=step[less[:, smooth].argmax(axis=0)],
+        G=-pressure_stiffness(problem)[frictionless],
+        d=less[:, frictionless].max(axis=0),
+        g=p0[frictionless],
+        node=frictionless,
+        side=np.full(len(frictionless), Side.PRESSURE),
+        step=step[less[:, frictionless].argmax(axis=0)],
         rigid=rigid_slips(problem),
     )

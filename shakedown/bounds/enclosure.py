@@ -108,17 +108,17 @@ class Proof:
         size = np.abs(c) + np.abs(e) + np.abs(u)
         left = SUMS * size + load_factor * self.left * (1.0 + SUMS)
         left += np.where(size > 0, TINY * x.size, 0.0)
-        if self.smooth.size:
+        if self.frictionless.size:
             left += self._moved(s, left, load_factor)
         slack = s[..., 0] - np.hypot(s[..., 1], s[..., 2]) - left.sum(axis=-1) * (1.0 + SUMS)
-        slack[:, self.smooth] = (s[..., 0] - left[..., 0] * (1.0 + SUMS))[:, self.smooth]
+        slack[:, self.frictionless] = (s[..., 0] - left[..., 0] * (1.0 + SUMS))[:, self.frictionless]
         slack[:, self.weightless] = inf
         return np.asarray(slack)
 
     @cached_property
-    def smooth(self) -> NDArray[np.intp]:
+    def frictionless(self) -> NDArray[np.intp]:
         """The nodes that never have a limit above zero."""
-        return np.unique(self.rows.node[self.rows.smooth])
+        return np.unique(self.rows.node[self.rows.frictionless])
 
     @cached_property
     def weightless(self) -> NDArray[np.bool_]:
@@ -127,21 +127,22 @@ class Proof:
         return np.asarray(~(loaded | self.problem.B.any(axis=1)))
 
     @cached_property
-    def _smooth_slips(self) -> tuple[NDArray[np.intp], "Inverse"]:
-        places = self.problem.layout.slips_of(self.smooth)
+    def _frictionless_slips(self) -> tuple[NDArray[np.intp], "Inverse"]:
+        places = self.problem.layout.slips_of(self.frictionless)
         return places, Inverse(self.problem.A[np.ix_(places, places)])
 
     def _moved(self, s: FloatArray, left: FloatArray, load_factor: float) -> FloatArray:
-        """By how much triples change (n, 3), at most, where smooth nodes move until they have no reaction.
+        """Bounds (n, 3) on the change of triples as frictionless nodes move until they have no reaction.
 
-        Not at all clear, inf, where that is not proved: one slip must do for all load steps.
+        Infinite where no bound is proved, as where the loads on these nodes vary: one slip must do for all
+        load steps.
         """
-        places, inverse = self._smooth_slips
-        loads = load_factor * self.e[:, self.smooth, 1:]
+        places, inverse = self._frictionless_slips
+        loads = load_factor * self.e[:, self.frictionless, 1:]
         pinned = np.setdiff1d(places, self.kept).size
         if loads.any() or pinned or not inverse.proved:
             return np.full(s.shape[1:], inf)
-        rest = (np.abs(s) + left)[:, self.smooth, 1:].max(axis=0)
+        rest = (np.abs(s) + left)[:, self.frictionless, 1:].max(axis=0)
         change = inverse.bound(rest.ravel())
         law = pressing(self.problem.law)
         of_limits, of_q = (
@@ -281,7 +282,7 @@ UNPROVED = "what proves that there is no largest load factor does not survive it
 def _slacks(rows: DiscRows, y: FloatArray) -> FloatArray:
     """σ − |y| of multipliers (j, 3), at least; of reactions that must vanish σ alone counts."""
     slack = y[:, 0] - np.hypot(y[:, 1], y[:, 2]) * (1.0 + SUMS)
-    return np.asarray(np.where(rows.smooth, np.where(y[:, 0] >= 0, inf, -inf), slack))
+    return np.asarray(np.where(rows.frictionless, np.where(y[:, 0] >= 0, inf, -inf), slack))
 
 
 def _with_most_slack(rows: DiscRows, y: FloatArray) -> NDArray[np.intp]:
@@ -405,7 +406,7 @@ def enclosed(
     if not np.isfinite(low):
         return Missing("no slip was found that is safe at every load step by more than its rounding errors")
     # no slip follows a load that changes of a node without friction
-    places = problem.layout.slips_of(proof.smooth)
+    places = problem.layout.slips_of(proof.frictionless)
     q, moving = problem.q_w[:, places], loading(problem).q1[:, places].any(axis=0)
     if low == 0 and np.any(moving & (q != q[0]).any(axis=0)):
         return 0.0, 0.0

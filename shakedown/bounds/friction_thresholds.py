@@ -6,15 +6,11 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.linalg import null_space
 
+from shakedown.bounds import coupling
 from shakedown.bounds.coupling import (
     LARGEST_SET,
-    NEVER,
-    Loss,
     ScaledStiffness,
-    coupling_limit,
-    energy_limit,
     first_loss,
-    held,
     scaled_stiffness,
     slipping_sets,
 )
@@ -38,7 +34,7 @@ from shakedown.programs.simplex import solve
 
 LARGEST_PROBLEM = 100  # nodes
 PROGRAMS = 60  # linear programs that one search may take
-LARGEST = 1e8  # friction up to which a wedged state is looked for
+MOST_FRICTION = 1e8  # up to which a wedged state is looked for, relative to max |A| over max |φ B|
 NO_REACTION = 100 * ROUND_OFF  # reactions, relative to the terms of their sum, that count as zero
 
 
@@ -102,13 +98,13 @@ def wedging_threshold(stiffness: ScaledStiffness, safe: float) -> Wedging:
         reason = f"a wedged state is looked for up to {LARGEST_PROBLEM} nodes only"
         return Wedging(safe / unit, np.inf, none, reason=reason)
     least = NEGLIGIBLE * np.abs(stiffness.A).max() / np.abs(stiffness.weighted).max()
-    factor = largest = LARGEST * least / NEGLIGIBLE
-    ways, spare = slips_held_by_friction(stiffness), np.ones(stiffness.n)
+    factor = largest = MOST_FRICTION * least / NEGLIGIBLE
+    basis, spare = slips_held_by_friction(stiffness), np.ones(stiffness.n)
     low, high, slip, programs = safe, np.inf, none, 0
     below = max(low, least)  # without a wedged state, or where round-off hides one
     while programs < PROGRAMS and max(low, least) < min(high, largest) and below < high * (1 - NEGLIGIBLE):
         programs += 1
-        found, violation = wedged_slip(stiffness, factor, spare, ways)
+        found, violation = wedged_slip(stiffness, factor, spare, basis)
         used = friction_used(stiffness, found) if violation <= ROUND_OFF else np.inf
         lowered = used < high
         if lowered:
@@ -152,16 +148,16 @@ def slips_held_by_friction(stiffness: ScaledStiffness) -> FloatArray:
 
 
 def wedged_slip(
-    stiffness: ScaledStiffness, factor: float, weights: FloatArray, ways: FloatArray
+    stiffness: ScaledStiffness, factor: float, weights: FloatArray, basis: FloatArray
 ) -> tuple[FloatArray, float]:
     """The v with Σ B v = 1 that violates |A v| ≤ t φ B v least, and by how much (negative: to spare).
 
-    v is a sum of the columns ``ways``. What is to spare is measured by weights, one per row. With the
+    v is a sum of the columns ``basis``. What is to spare is measured by weights, one per row. With the
     pressures φ B v of a wedging slip it is how far friction can fall, which makes the next overshoot most.
     All stiffnesses are divided by their size, so that v and the violation are numbers near 1.
     """
     limited = stiffness.weighted.any(axis=1)
-    free = ways.copy()
+    free = basis.copy()
     free[list(stiffness.pinned)] = 0.0  # no friction limit knows the rigid slips
     A, B = stiffness.A[limited] @ free, factor * stiffness.weighted[limited] @ free
     size = np.maximum(np.abs(A).max(axis=1, initial=0.0), np.abs(B).max(axis=1, initial=0.0))
@@ -170,10 +166,10 @@ def wedged_slip(
     pressure = stiffness.B.sum(axis=0) @ free / np.abs(stiffness.B).max()
     matrix = np.vstack([np.hstack([A - B, row]), np.hstack([-A - B, row]), [[*pressure, 0.0]]])
     left, right = (np.append(np.full(len(matrix) - 1, end), 1.0) for end in (-INF, 0.0))
-    found = solve(Program(matrix, right, cost=np.append(np.zeros(ways.shape[1]), 1.0), left=left))
+    found = solve(Program(matrix, right, cost=np.append(np.zeros(basis.shape[1]), 1.0), left=left))
     if not found.optimal:  # no slip presses the nodes together at all
         return np.full(stiffness.n, np.nan), np.inf
-    return ways @ found.x[:-1], float(found.x[-1])
+    return basis @ found.x[:-1], float(found.x[-1])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -275,7 +271,7 @@ def friction_thresholds(problem: Problem, *, tolerances: Tolerances = DEFAULT) -
         if contact.high < anywhere.high:  # no node open is one of the sets
             anywhere = replace(contact, low=min(anywhere.low, contact.high))
     # Self-stress A v = t S φ B v, S between −1 and 1, needs a determinant that vanishes at t or below.
-    safe = contact.low * stiffness.friction_unit if held(stiffness.A, stiffness.tolerances) else 0.0
+    safe = contact.low * stiffness.friction_unit if coupling.held(stiffness.A, stiffness.tolerances) else 0.0
     wedging = attempt(wedging_threshold, stiffness, safe)
     if isinstance(wedging, Missing):  # a program of the search failed: what is known without it
         low, no_slip = safe / stiffness.friction_unit, np.full(stiffness.n, np.nan)
@@ -290,12 +286,12 @@ def friction_thresholds(problem: Problem, *, tolerances: Tolerances = DEFAULT) -
     )
 
 
-def first_with_open_nodes(stiffness: ScaledStiffness) -> Loss:
+def first_with_open_nodes(stiffness: ScaledStiffness) -> coupling.Loss:
     """Where uniqueness is lost first, by any slipping nodes beside any choice of open ones."""
-    first, nodes = NEVER, range(stiffness.n)
+    first, nodes = coupling.NEVER, range(stiffness.n)
     for separated in [(), *slipping_sets(stiffness.n, stiffness.n - 1)]:
         rest, joint = [i for i in nodes if i not in separated], stiffness.opened(separated)
-        lost = NEVER if joint is None else first_loss(joint, slipping_sets(joint.n))
+        lost = coupling.NEVER if joint is None else first_loss(joint, slipping_sets(joint.n))
         if lost.factor < first.factor:
             first = replace(lost, slipping=tuple(rest[i] for i in lost.slipping), separated=separated)
     return first
@@ -305,8 +301,8 @@ def _uniqueness(stiffness: ScaledStiffness, *, separation: bool) -> Threshold:
     n, unit = stiffness.n, stiffness.friction_unit
     if n > (ALL_SUBSETS_UP_TO if separation else LARGEST_SET):
         lost = first_loss(stiffness, slipping_sets(n, 2))
-        proved = 0.0 if separation else coupling_limit(stiffness)
-        low = min(lost.factor, max(proved, energy_limit(stiffness, separation=separation)))
+        proved = 0.0 if separation else coupling.coupling_limit(stiffness)
+        low = min(lost.factor, max(proved, coupling.energy_limit(stiffness, separation=separation)))
     else:
         lost = first_with_open_nodes(stiffness) if separation else first_loss(stiffness, slipping_sets(n))
         low = lost.factor

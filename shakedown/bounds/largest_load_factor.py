@@ -20,16 +20,11 @@ from typing import Literal
 
 import numpy as np
 
-from shakedown.bounds.certificate import (
-    Disputed,
-    certified_upper,
-    contradiction,
-    load_factor_program,
-    significant,
-)
+from shakedown.bounds import certificate
+from shakedown.bounds.certificate import Disputed
 from shakedown.bounds.disc_rows import DiscRows, zone_rows
 from shakedown.bounds.enclosure import UNPROVED, enclosed, proved_infeasible, proved_unbounded
-from shakedown.bounds.scaled_solution import Carrying, UnscaledSolution, safest, scaled_discs, solve_scaled
+from shakedown.bounds.scaled_solution import Limits, UnscaledSolution, safest, scaled_discs, solve_scaled
 from shakedown.ground.constants import ALL_PAIRS_UP_TO, ALL_SUBSETS_UP_TO, CONE, NEGLIGIBLE, FloatArray, Mask
 from shakedown.ground.errors import Missing, SolverError, UsageError, attempt
 from shakedown.ground.status import Status
@@ -53,7 +48,7 @@ class Largest:
         Slips, or where unbounded their direction, at the unknowns of programs [length].
     y : (j, 3), z : (o,)
         Multipliers of discs and half-spaces.
-    carrying
+    active_limits
         The discs and half-spaces that determine it.
     end
         The end of the program that it is from, in the plane a linear one; of an unbounded one in space
@@ -65,7 +60,7 @@ class Largest:
     x: FloatArray
     y: FloatArray
     z: FloatArray
-    carrying: Carrying
+    active_limits: Limits
     residual: float
     least_load_factor: float = nan
     certified: tuple[float, float] | None = None
@@ -178,26 +173,26 @@ def _end(rows: DiscRows, towards: float, tolerances: Tolerances) -> Largest:
     """
     H, missing = rows.half_spaces, tuple[str, ...]()
     if rows.in_plane:
-        linear = solve(load_factor_program(H, towards, tolerances))
+        linear = solve(certificate.load_factor_program(H, towards, tolerances))
         end: UnscaledSolution | Solution = linear
         x, at, y, z = linear.x[:-1], float(linear.x[-1]), np.zeros((0, CONE)), np.zeros_like(H.g)
-        carrying = NOWHERE
+        active = NOWHERE
         if linear.optimal:
-            z, carrying = linear.multipliers, (rows.node, linear.meeting[0])
+            z, active = linear.multipliers, (rows.node, linear.meeting[0])
         elif linear.status == Status.INFEASIBLE:
-            against = attempt(contradiction, H, tolerances)
+            against = attempt(certificate.contradiction, H, tolerances)
             if isinstance(against, Missing):
                 z, missing = np.full_like(H.g, nan), (f"multipliers: {against.reason}",)
             else:
-                z, carrying = against.multipliers, (rows.node, np.flatnonzero(against.multipliers))
+                z, active = against.multipliers, (rows.node, np.flatnonzero(against.multipliers))
     else:
         usable = tolerances.stored_digits if towards < 0 else USABLE  # the largest is computed anew
         end = conic = solve_scaled(scaled_discs(rows, towards), usable)
-        x, at, y, z, carrying = conic.x, conic.load_factor, conic.y, conic.z, conic.carrying
+        x, at, y, z, active = conic.x, conic.load_factor, conic.y, conic.z, conic.active_limits
     residual = rows.relative_excess(x, at) if end.optimal else _imbalance(rows, y, z)
     reduced = end.reduced_accuracy
     return Largest(
-        end.status, at, x, y, z, carrying, residual, reduced_accuracy=reduced, missing=missing, end=end
+        end.status, at, x, y, z, active, residual, reduced_accuracy=reduced, missing=missing, end=end
     )
 
 
@@ -216,7 +211,7 @@ def _by_exact_arithmetic(problem: Problem, rows: DiscRows, found: Largest, toler
     """The limit of a joint in the plane as exact arithmetic has it, its status included."""
     if not isinstance(found.end, Solution):
         return found
-    exact = attempt(certified_upper, problem, found.end, tolerances)
+    exact = attempt(certificate.certified_upper, problem, found.end, tolerances)
     if isinstance(exact, Missing):
         return replace(found, uncertified=exact.reason, disputed=isinstance(exact, Disputed))
     proved = replace(
@@ -225,7 +220,7 @@ def _by_exact_arithmetic(problem: Problem, rows: DiscRows, found: Largest, toler
         load_factor=exact.load_factor,
         x=np.full(len(exact.slip), nan),
         z=exact.multipliers,
-        carrying=(rows.node, np.array(exact.rows, dtype=np.intp)),
+        active_limits=(rows.node, np.array(exact.rows, dtype=np.intp)),
         exact=True,
     )
     if exact.status == Status.INFEASIBLE:
@@ -239,7 +234,7 @@ def _by_exact_arithmetic(problem: Problem, rows: DiscRows, found: Largest, toler
         x = found.x if known else exact.slip
         residual = _excess_along(rows, x)
     else:
-        x = significant(rows.half_spaces, exact.slip, exact.load_factor, tolerances)[:-1]
+        x = certificate.significant(rows.half_spaces, exact.slip, exact.load_factor, tolerances)[:-1]
         residual = rows.relative_excess(x, exact.load_factor)
     return replace(proved, x=x, residual=residual, certified=(exact.low, exact.high))
 
@@ -297,7 +292,7 @@ def _proved(problem: Problem, rows: DiscRows, found: Largest, tolerances: Tolera
     return replace(found, certified=(inf, inf), exact=True)
 
 
-PATIENCE = 10  # simultaneous changes allowed without reducing the number of nodes on the wrong side
+BLOCK_CHANGES = 10  # simultaneous changes allowed without reducing the number of nodes on the wrong side
 
 
 def opened_by_mean_load(problem: Problem, *, friction: bool = True) -> tuple[int, ...]:
@@ -318,12 +313,12 @@ def opened_by_mean_load(problem: Problem, *, friction: bool = True) -> tuple[int
         return ()
     is_open, best = np.zeros(problem.n, dtype=bool), problem.n + 1
     # single changes per node after which the search ends
-    patience, alone = PATIENCE, 4 * problem.n
+    spare_changes, alone = BLOCK_CHANGES, 4 * problem.n
     while (wrong := _on_the_wrong_side(problem, is_open, friction)).any() and alone:
         if wrong.sum() < best:
-            best, patience = int(wrong.sum()), PATIENCE
-        elif patience:
-            patience -= 1
+            best, spare_changes = int(wrong.sum()), BLOCK_CHANGES
+        elif spare_changes:
+            spare_changes -= 1
         else:
             wrong[: np.flatnonzero(wrong)[-1]] = False
             alone -= 1

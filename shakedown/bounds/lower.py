@@ -8,18 +8,12 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.bounds import certificate
 from shakedown.bounds.bound_result import Bound, Evidence
-from shakedown.bounds.certificate import (
-    LOWER_CERTIFIED_UP_TO,
-    Certificate,
-    Disputed,
-    certified_lower,
-    load_factor_program,
-    significant,
-)
+from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO, Certificate, Disputed
 from shakedown.bounds.proof_status import GuaranteeEvidence, GuaranteeStatus, guarantee_status
 from shakedown.bounds.upper import upper_bound
-from shakedown.ground.constants import ITERATIONS, NEGLIGIBLE, SETTLED, FloatArray
+from shakedown.ground.constants import CONVERGED, ITERATIONS, NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import Missing, attempt
 from shakedown.ground.status import Guarantee, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -50,8 +44,8 @@ def collapses(
         met = program.at(limits.rows[node]) if limits.known[node] else None
         outcomes[node] = outcome = met or program.solve()
         program.set_rows(pair, -free, rows.g[pair])
-        earliest = min(earliest, inf if np.isnan(outcome.value) else outcome.value)
-        if not all_nodes and outcome.value <= 0.0 and _value(outcome) == 0.0:
+        earliest = min(earliest, _solver_value(outcome))
+        if not all_nodes and outcome.value <= 0.0 and _polished_value(outcome) == 0.0:
             break
     return outcomes
 
@@ -97,39 +91,39 @@ def collapse_limits(rows: Constraints) -> CollapseLimits:
         return limits
     size = np.array([power_of_two(float(root)) for root in np.sqrt(stiffness)])
     A, fB = (part / size / size[:, None] for part in (0.5 * (backward + forward), 0.5 * (forward - backward)))
-    s, settled = _multipliers(A, fB)
-    if not settled.any():
+    s, converged = _multipliers(A, fB)
+    if not converged.any():
         return limits
     y = np.stack([-np.maximum(s.T, 0.0), np.minimum(s.T, 0.0)], axis=2)  # by node and side
     nodes, own = np.arange(n), np.diagonal(s)
     y[nodes, nodes] = np.column_stack([0.5 * (1.0 - own), 0.5 * (1.0 + own)])
     y /= size[:, None]  # so far in units of the rows divided by the size of their node
-    return _limits(rows, y.reshape(n, -1), s, settled & (np.abs(own) <= 1.0))
+    return _limits(rows, y.reshape(n, -1), s, converged & (np.abs(own) <= 1.0))
 
 
 def _multipliers(A: FloatArray, fB: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """s of every node as columns, and which of them have settled."""
+    """s of every node as columns, and which of them have converged."""
     try:
         influence: FloatArray = np.asarray(np.linalg.solve(A, fB.T), dtype=float)
     except np.linalg.LinAlgError:
         return np.zeros_like(A), np.zeros(len(A), dtype=bool)
-    s, settled = -influence, np.zeros(len(A), dtype=bool)
+    s, converged = -influence, np.zeros(len(A), dtype=bool)
     with np.errstate(over="ignore", invalid="ignore"):
         for _ in range(ITERATIONS):
             folded = np.abs(s)
             np.fill_diagonal(folded, -1.0)
             before, s = s, influence @ folded
-            settled = np.abs(s - before).max(axis=0) <= SETTLED * np.maximum(np.abs(s).max(axis=0), 1.0)
-            if settled.all():
+            converged = np.abs(s - before).max(axis=0) <= CONVERGED * np.maximum(np.abs(s).max(axis=0), 1.0)
+            if converged.all():
                 break
-    settled &= np.isfinite(s).all(axis=0)  # growth without bound is none
-    return np.where(settled, s, 0.0), settled
+    converged &= np.isfinite(s).all(axis=0)  # growth without bound is none
+    return np.where(converged, s, 0.0), converged
 
 
 def _limits(rows: Constraints, y: FloatArray, s: FloatArray, known: NDArray[np.bool_]) -> CollapseLimits:
     n, terms = rows.n, np.abs(y) @ np.abs(rows.d)
     value, slope = y @ rows.g, y @ rows.d
-    rising, never = slope > SETTLED * n * terms, value > SETTLED * n * (np.abs(y) @ np.abs(rows.g))
+    rising, never = slope > CONVERGED * n * terms, value > CONVERGED * n * (np.abs(y) @ np.abs(rows.g))
     with np.errstate(divide="ignore", invalid="ignore"):
         load_factors = np.where(rising, np.maximum(value / slope, 0.0), np.where(never, inf, 0.0))
     sides = 2 * np.arange(n) + (s.T <= 0.0)
@@ -139,25 +133,23 @@ def _limits(rows: Constraints, y: FloatArray, s: FloatArray, known: NDArray[np.b
     return CollapseLimits(np.where(known, load_factors, 0.0), meeting, known)
 
 
-def collapse_values(n: int, outcomes: dict[int, Solution]) -> FloatArray:
-    """Where each node collapses, to the accuracy of the solver; inf where never, NaN where not requested."""
-    values = np.full(n, nan)
-    for node, outcome in outcomes.items():
-        values[node] = inf if np.isnan(outcome.value) else outcome.value
-    return values
-
-
 def first_to_collapse(outcomes: dict[int, Solution]) -> int:
     """The node that collapses first; ties beyond the solver's accuracy are resolved to round-off."""
-    values = {node: inf if np.isnan(end.value) else end.value for node, end in sorted(outcomes.items())}
+    values = {node: _solver_value(end) for node, end in sorted(outcomes.items())}
     least = min(values.values())
     if least == inf:
         return min(values)
     near = [node for node, value in values.items() if value <= least + _NEARLY_FIRST * abs(least)]
-    return min(near, key=lambda node: _value(outcomes[node]))
+    return min(near, key=lambda node: _polished_value(outcomes[node]))
 
 
-def _value(outcome: Solution) -> float:
+def _solver_value(outcome: Solution) -> float:
+    """Where a node collapses, to the accuracy of the solver; inf where it never does."""
+    return inf if isnan(outcome.value) else outcome.value
+
+
+def _polished_value(outcome: Solution) -> float:
+    """The same, to round-off."""
     return float(outcome.x[-1]) if outcome.optimal else inf
 
 
@@ -218,8 +210,9 @@ class FirstCollapse(Evidence):
         if self.node < 0:
             return self.collapse_limits
         rows, tolerances = constraints(self.problem), self.known.tolerances
-        program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=tolerances))
-        values = collapse_values(rows.n, collapses(rows, program, collapse_limits(rows), all_nodes=True))
+        program = Simplex(certificate.load_factor_program(rows, towards=+1.0, tolerances=tolerances))
+        outcomes = collapses(rows, program, collapse_limits(rows), all_nodes=True)
+        values = np.array([_solver_value(outcomes[node]) for node in range(rows.n)])
         values[self.node] = self.known.load_factor
         return values
 
@@ -309,7 +302,7 @@ def lower_bound(
 
 def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> Bound:
     rows = constraints(problem)
-    program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=tolerances))
+    program = Simplex(certificate.load_factor_program(rows, towards=+1.0, tolerances=tolerances))
     if not np.all(rows.g > 0):  # else slip zero is safe under the mean load
         start = program.solve()
         excess = rows.relative_excess(rows.slips(start.x[:-1]), 0.0).max() if start.optimal else inf
@@ -320,7 +313,7 @@ def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> 
     node = first_to_collapse(outcomes)
     found: Certificate | Missing = Missing("")
     if certify:
-        exact = attempt(certified_lower, problem, outcomes, node, tolerances)
+        exact = attempt(certificate.certified_lower, problem, outcomes, node, tolerances)
         node, found = (node, exact) if isinstance(exact, Missing) else exact
     if not outcomes[node].optimal and isinstance(found, Missing):
         upper = upper_bound(problem, certify=certify, tolerances=tolerances)
@@ -347,7 +340,7 @@ def _collapse(
 ) -> Bound:
     rows, outcome = constraints(problem), outcomes[node]
     if isinstance(found, Certificate):
-        x = significant(rows, found.slip, found.load_factor, tolerances)
+        x = certificate.significant(rows, found.slip, found.load_factor, tolerances)
         x[-1] = found.load_factor
         y = np.where(rows.limits_of(node), 1.0, -1.0) * found.multipliers
         active, certified = np.array(found.rows, dtype=np.intp), (found.low, found.high)

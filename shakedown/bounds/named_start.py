@@ -8,7 +8,7 @@ from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import shortened
 from shakedown.ground.status import Status
-from shakedown.joint.arguments import check_load_factor, checked, require_problem
+from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.problem import Problem
 
 NAMES = ("zero", "given", "safe", "witness")
@@ -30,7 +30,6 @@ def named_start(
         If the word is none of these, or there is no such state.
     """
     check_load_factor(load_factor)
-    require_problem(problem)
     if name == "zero":
         return np.zeros(problem.layout.slip_size)
     if name == "given":
@@ -57,7 +56,6 @@ def named_start(
 @checked
 def moved_by_transient(problem: Problem, load_factor: float) -> bool:
     """Whether the transient load steps move every slip that is safe in the loop."""
-    require_problem(problem)
     if problem.q_transient is None:
         return False
     return safe_slip(problem, load_factor, transient=True).status == Status.INFEASIBLE

@@ -82,7 +82,7 @@ def first_slip(
     start, along = law.of_nodes(law.cone(q, p)), law.of_nodes(law.cone(along_q, along_p))
     left = leaves_cone(start, along) if law.d > 1 else _changes_sign(start, along).min(axis=-1)
     excess, terms = law.excess(q, p), law.size(terms_q) + law.limit(terms_p)
-    free = law.smooth
+    free = law.frictionless
     left[:, free] = _changes_sign(p, along_p)[:, free]
     excess[:, free], terms[:, free] = -p[:, free], terms_p[:, free]
     return _first(problem, left, excess > tolerances.feasibility * terms, "slips")
@@ -120,7 +120,7 @@ def _reactions(problem: Problem, slip: FloatArray) -> tuple[FloatArray, FloatArr
     before, varying = transient_path(problem), layout.joined(loop.q1, loop.p1)
     held = np.vstack([before, np.broadcast_to(layout.joined(loop.q0, loop.p0), varying.shape)])
     start, along = held + stiffness @ slip, np.vstack([0.0 * before, varying])
-    free = layout.slips_of(problem.law.smooth)
+    free = layout.slips_of(problem.law.frictionless)
     if len(free):
         for reactions in (start, along):
             moved = np.linalg.lstsq(stiffness[np.ix_(free, free)], reactions[:, free].T, rcond=None)[0].T

@@ -26,7 +26,7 @@ from shakedown.programs.program import exact_products, median_size
 from shakedown.programs.self_dual import USABLE, Point, SelfDualSolution, balanced_multipliers, solve_discs
 from shakedown.programs.simplex import chebyshev_centre
 
-Carrying = tuple[NDArray[np.intp], NDArray[np.intp]]  # discs and half-spaces by number
+Limits = tuple[NDArray[np.intp], NDArray[np.intp]]  # numbers of discs and of half-spaces
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class UnscaledSolution:
     y : (j, 3), z : (o,)
         Multipliers of discs and half-spaces: Σ yᵀ s = 0 for all slips, with Σ yᵀ e = −1 of an optimum;
         of an infeasible program Σ yᵀ c = −1.
-    carrying
+    active_limits
         The discs and half-spaces that determine it: those with a multiplier, in numbers near 1.
     reduced_accuracy
         Whether gap or residuals are larger than usual.
@@ -57,7 +57,7 @@ class UnscaledSolution:
     load_factor: float
     y: FloatArray
     z: FloatArray
-    carrying: Carrying
+    active_limits: Limits
     reduced_accuracy: bool
     scaled: "ScaledDiscs" = field(repr=False)
     end: SelfDualSolution = field(repr=False)
@@ -224,9 +224,9 @@ def solve_scaled(scaled: ScaledDiscs, usable: float = USABLE, *, proves: bool = 
     discs, others, _ = scaled.program.cones.parts(end.multipliers)
     weights, others = discs[:, 0], others[: len(z)]
     least = NEGLIGIBLE * max(weights.max(initial=0.0), others.max(initial=0.0))
-    carrying = np.flatnonzero(weights > least), np.flatnonzero(others > least)
+    active = np.flatnonzero(weights > least), np.flatnonzero(others > least)
     reduced = end.accuracy > NEGLIGIBLE
-    return UnscaledSolution(end.status, x, load_factor, y, z, carrying, reduced, scaled, end)
+    return UnscaledSolution(end.status, x, load_factor, y, z, active, reduced, scaled, end)
 
 
 def polished(program: DiscProgram, end: SelfDualSolution, *, proves: bool = True) -> SelfDualSolution:
@@ -274,7 +274,7 @@ def _left(program: DiscProgram, end: SelfDualSolution) -> float:
 
 
 def _newton(program: DiscProgram, end: SelfDualSolution, active: _Active) -> SelfDualSolution | None:
-    """The end from Newton's method on the equations; None where it does not settle."""
+    """The end from Newton's method on the equations; None where it does not converge."""
     triples, weights, tail = program.cones.parts(end.multipliers)
     x = end.x
     m = np.concatenate(
@@ -354,7 +354,7 @@ class Safest:
         where a limit that no slip changes is broken.
     cap
         The largest margin that was looked for.
-    carrying
+    active_limits
         The discs and half-spaces that limit it.
     reduced_accuracy
         Whether the interior points reached less than their tolerances.
@@ -363,7 +363,7 @@ class Safest:
     x: FloatArray
     margin: float
     cap: float
-    carrying: Carrying
+    active_limits: Limits
     reduced_accuracy: bool
 
 
@@ -385,15 +385,15 @@ def safest(rows: DiscRows, load_factor: float, tolerances: Tolerances = DEFAULT)
     cap = 2.0 * float(distances.max(initial=0.0)) or 1.0  # twice the largest bounded margin
     if rows.in_plane:
         found = chebyshev_centre(H.coefficients, other_slopes, g, cap=cap, tolerances=tolerances)
-        carrying = rows.node, np.flatnonzero(found.multipliers)
-        return Safest(found.x, found.margin, cap, carrying, found.reduced_accuracy)
+        active = rows.node, np.flatnonzero(found.multipliers)
+        return Safest(found.x, found.margin, cap, active, found.reduced_accuracy)
     down = np.zeros_like(c)
     down[:, 0] = -slopes[rows.node]
     held = replace(H, g=g + cap * other_slopes, d=other_slopes)
     moved = rows.under(c=c - cap * down, e=down, half_spaces=held)
     end = solve_scaled(scaled_discs(moved, -1.0, 2.0 * cap), proves=False)
     margin = end.load_factor - cap if end.optimal else -np.inf
-    return Safest(end.x, margin, cap, end.carrying, end.reduced_accuracy)
+    return Safest(end.x, margin, cap, end.active_limits, end.reduced_accuracy)
 
 
 def safe_under_mean_load(problem: Problem, tolerances: Tolerances) -> bool:

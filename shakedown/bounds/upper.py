@@ -74,7 +74,7 @@ def safest_slip(zone: Zone, load_factor: float, transient: bool, tolerances: Tol
     rows = zone_rows(zone, transient)
     found = safest(rows, load_factor, tolerances)
     slip, residual = rows.half_spaces.slips(found.x), rows.relative_excess(found.x, load_factor)
-    status, margin, active = Status.OPTIMAL, found.margin, rows.named(*found.carrying)
+    status, margin, active = Status.OPTIMAL, found.margin, rows.named(*found.active_limits)
     if not residual <= tolerances.feasibility:
         status, slip = Status.INFEASIBLE, np.full(len(slip), nan)
     # no bounded margin comes so near to the largest that is looked for
@@ -85,7 +85,7 @@ def safest_slip(zone: Zone, load_factor: float, transient: bool, tolerances: Tol
     return SafeSlip(status, load_factor, slip, margin, active, residual, reduced, zone.open_nodes, pinned)
 
 
-LARGEST = 300  # slips of closed nodes; above this the program takes longer than all others
+MOST_SLIPS = 300  # of closed nodes; with more the program of the least slip takes longer than all others
 WITHIN = 0.5  # share of the tolerance by which rows may be violated, as the set at λ_max may be flat
 NOT_FOUND = (
     "no contact zone that was tried has a safe slip, and not all were: "
@@ -183,7 +183,7 @@ def _of_zone(zone: Zone, transient: bool, certify: bool | None, tolerances: Tole
             slips if found.status == Status.UNBOUNDED else nowhere, found.exact, found.missing
         ),
         slip=slips if found.status == Status.OPTIMAL else nowhere,
-        active=rows.named(*found.carrying),
+        active=rows.named(*found.active_limits),
         reason=_reason(found.status, rows, with_transient),
         pinned=rows.half_spaces.pinned,
         **{each.name: getattr(found, each.name) for each in fields(Bound) if hasattr(found, each.name)},
@@ -276,7 +276,7 @@ def _least_slip(zone: Zone, load_factor: float, known: FloatArray, tolerances: T
     """
     rows, within, limits = zone_rows(zone), WITHIN * tolerances.feasibility, zone.constraints
     H = rows.half_spaces
-    if H.n > LARGEST:
+    if H.n > MOST_SLIPS:
         return known
     g, v = H.g - load_factor * H.d, H.slips(np.eye(H.n)).T
     g += within * np.maximum(np.abs(g), np.abs(H.coefficients) @ np.abs(known))

@@ -33,7 +33,7 @@ from shakedown.ground.work_limit import all_cores
 
 IntArray = NDArray[np.int64]
 
-# Indices into the counters of ``Walk``.
+# Indices into the counters of ``TreeWalk``.
 REGULAR, SUSPECTS, VIOLATED = range(3)
 
 SUSPECT = 1e-7  # smaller pivots, in rows of size 1, are left to a method that estimates the condition number
@@ -43,7 +43,7 @@ linked: Any = partial(njit, no_cpython_wrapper=True, no_cfunc_wrapper=True, **pi
 """Compiles a function that only compiled code calls."""
 
 
-class Walk(NamedTuple):
+class TreeWalk(NamedTuple):
     """The data of one walk over the subsets of N of R rows, its state and its findings.
 
     Attributes
@@ -96,7 +96,7 @@ class Walk(NamedTuple):
 
 
 @linked()
-def set_aside(path: IntArray, length: int, found: Walk) -> None:
+def set_aside(path: IntArray, length: int, found: TreeWalk) -> None:
     """Store the first ``length`` rows of a path as a suspect."""
     index = found.counters[SUSPECTS]
     for t in range(length):
@@ -106,7 +106,7 @@ def set_aside(path: IntArray, length: int, found: Walk) -> None:
 
 
 @linked(fastmath={"contract"}, inline="always", _nrt=False)
-def leaves(state: Walk) -> None:
+def leaves(state: TreeWalk) -> None:
     """The last two rows: one slip and the load factor (or, where that is known, two slips) are left."""
     R, N = state.rows.shape[0], state.rows.shape[1] - 1
     reduced, path, x = state.work[N - 2], state.path, state.x
@@ -146,7 +146,7 @@ def leaves(state: Walk) -> None:
 
 
 @linked(fastmath={"contract"})
-def _looks_safe(state: Walk) -> bool:
+def _looks_safe(state: TreeWalk) -> bool:
     """Put back the eliminated slips and look for a violated row, first where one was found last time.
 
     ``x`` starts with the last two unknowns.
@@ -186,7 +186,7 @@ def _excess(rows: FloatArray, i: int, x: FloatArray) -> float:
 
 
 @linked()
-def _consider(state: Walk, value: float) -> None:
+def _consider(state: TreeWalk, value: float) -> None:
     """Solve a promising subset from scratch; keep it if it breaks a record."""
     rows, record, x = state.rows, state.record, state.x
     if value >= record[0] and not _looks_safe(state):
@@ -248,7 +248,7 @@ def _solved(rows: FloatArray, path: IntArray, m: FloatArray, x: FloatArray) -> f
 
 
 @partial(compiled, nogil=True, fastmath={"contract"}, _nrt=False)
-def walk(state: Walk, prefix: IntArray) -> None:
+def walk(state: TreeWalk, prefix: IntArray) -> None:
     """Visit every completion of a prefix of fewer than N rows.
 
     Every turn moves the path on in the order of the tree, or up: it ends after as many
@@ -396,7 +396,7 @@ def walk_piece(tree: Tree, prefix: tuple[int, ...], size: int) -> SubtreeFinding
     R, N = rows.matrix.shape
     path, last, pivots = np.zeros((3, N), dtype=np.int64)
     path[: len(prefix)] = prefix
-    found = Walk(
+    found = TreeWalk(
         rows=np.column_stack([rows.matrix, rows.right]),
         feasibility=tree.tolerances.feasibility,
         work=np.empty((N, N + 1, R)),

@@ -9,18 +9,9 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.spatial import KDTree
 
+from shakedown.fem import loads
 from shakedown.fem.body import ElasticBody, tied
-from shakedown.fem.loads import (
-    Bolt,
-    History,
-    ModalLoad,
-    check_balanced,
-    determinate_rows,
-    mass_of,
-    sampled,
-    sine,
-    stuck_mode,
-)
+from shakedown.fem.loads import Bolt, History, ModalLoad
 from shakedown.fem.mesh import origin_text
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.constants import FloatArray, IntArray
@@ -219,12 +210,12 @@ def modal_load(
     """
     joint = _Joint(body, boundary, against, bolts, coupling, reach)
     opened = node_numbers("open nodes", open_nodes, joint.reduced.n)
-    M = sparse.csr_array(sparse.block_diag([mass_of(b) for b in joint.bodies], format="csr"))
+    M = sparse.csr_array(sparse.block_diag([loads.mass_of(b) for b in joint.bodies], format="csr"))
     motions = sparse.csr_array(joint.ties @ joint.reduced.motions(opened, released=joint.free))
     rigid = body.dimension * (body.dimension + 1) // 2 if joint.free else 0
-    frequency, shape = stuck_mode(joint.stiffness, M, motions, mode, rigid)
+    frequency, shape = loads.stuck_mode(joint.stiffness, M, motions, mode, rigid)
     force = np.asarray(M @ shape)
-    return ModalLoad(mode, frequency, shape, force, joint.free, sine if history is None else history)
+    return ModalLoad(mode, frequency, shape, force, joint.free, loads.sine if history is None else history)
 
 
 class _Joint:
@@ -280,7 +271,7 @@ class _Joint:
         places = _all_places(self.bodies, shift)
         if self.free:
             inner = np.isin(dofs[:, 0], body.dofs[:, 0]) & ~np.isin(dofs[:, 0], nodes)
-            fixed = determinate_rows(dofs, places, np.flatnonzero(inner))
+            fixed = loads.determinate_rows(dofs, places, np.flatnonzero(inner))
         else:
             fixed = np.flatnonzero(self.ties.T @ np.isin(np.arange(self.size), np.concatenate(held)))
         self.place, self.numbers = place[kept], numbers[kept]
@@ -319,19 +310,19 @@ class _Joint:
         ]
         for bolt, shortening in self.bolts:
             if bolt.preload:
-                history = sampled(bolt.history, steps, "Bolt")
+                history = loads.sampled(bolt.history, steps, "Bolt")
                 found.append(LoadCase(history=history, force=bolt.preload * shortening, name="bolt"))
         for load in modal:
             if load.force.shape != (self.size,):
                 raise ProblemError(f"mode {load.mode}: expected the mode of these bodies, found another")
-            history = sampled(load.history, steps, "ModalLoad")
+            history = loads.sampled(load.history, steps, "ModalLoad")
             mode = f"mode {load.mode}"
             found.append(LoadCase(history=history, force=load.force, frequency=load.frequency, name=mode))
         if not found:
             raise ProblemError("loads: expected at least one load on a body, found none")
         if self.free:
             places = np.concatenate([b.basis.doflocs.T for b in self.bodies])
-            check_balanced(found, places, np.concatenate([b.dofs[:, 1] for b in self.bodies]))
+            loads.check_balanced(found, places, np.concatenate([b.dofs[:, 1] for b in self.bodies]))
         return [_reduced(case, self.ties) for case in found]
 
 

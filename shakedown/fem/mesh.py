@@ -20,7 +20,7 @@ from shakedown.models.readers.formats import format_of, read_any_mesh
 from shakedown.models.readers.mesh import CORNERS, SOLIDS
 from shakedown.models.readers.mesh import Mesh as MeshOfFile
 from shakedown.models.readers.mesh_files import read_by_meshlane
-from shakedown.models.readers.text import sha256
+from shakedown.models.readers.parsing import sha256
 
 FILE = "read_from"  # attribute of a mesh: name and SHA-256 of the file that it was read from
 REACH = 1e-9  # of a boundary, relative to the size of the mesh

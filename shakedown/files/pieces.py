@@ -21,15 +21,8 @@ import re
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    BrokenExecutor,
-    Executor,
-    Future,
-    ProcessPoolExecutor,
-    ThreadPoolExecutor,
-    wait,
-)
+from concurrent import futures
+from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from functools import cache, lru_cache, partial
 from hashlib import sha256
@@ -52,7 +45,7 @@ from shakedown.ground.shown_values import visible
 from shakedown.ground.work_limit import all_cores
 from shakedown.joint.problem import Problem
 
-PATIENCE = 30.0  # seconds to wait for the scheduler, and then for its first worker
+TIMEOUT = 30.0  # seconds, of the connection to the scheduler, and then of its first worker
 
 
 @contextmanager
@@ -122,10 +115,10 @@ def _connected(address: str) -> Any:
     logging.getLogger("shakedown").warning(tried, visible(address))
     client = None
     try:
-        with ThreadPoolExecutor(1) as thread:  # this one may have an event loop
+        with futures.ThreadPoolExecutor(1) as thread:  # this one may have an event loop
             thread.submit(asyncio.run, _answer(address)).result()
-        client = Client(address, timeout=PATIENCE, set_as_default=False)
-        client.wait_for_workers(1, timeout=PATIENCE)
+        client = Client(address, timeout=TIMEOUT, set_as_default=False)
+        client.wait_for_workers(1, timeout=TIMEOUT)
     except Exception as error:  # different kinds of address raise unrelated exceptions
         if client is not None:
             client.close()
@@ -140,7 +133,7 @@ async def _answer(address: str) -> None:
     from distributed.comm import connect
     from distributed.security import Security
 
-    await (await connect(address, timeout=PATIENCE, **Security().get_connection_args("client"))).close()
+    await (await connect(address, timeout=TIMEOUT, **Security().get_connection_args("client"))).close()
 
 
 Arrays = dict[str, NDArray[Any]]
@@ -360,7 +353,7 @@ def finished(
     if executor is None:
         work = _sent(work)
     with nullcontext(executor) if executor is not None else _processes(min(workers, len(numbers))) as pool:
-        running, waiting = dict[Future[Any], int](), iter(numbers)
+        running, waiting = dict[futures.Future[Any], int](), iter(numbers)
         try:
             while True:
                 # pieces that an executor holds at most: more than workers; memory stays flat
@@ -369,11 +362,12 @@ def finished(
                         running[pool.submit(work, number)] = number
                 if not running:
                     return
-                for future in wait(running, ASK_AGAIN, FIRST_COMPLETED).done:
+                for future in futures.wait(running, ASK_AGAIN, futures.FIRST_COMPLETED).done:
                     yield running.pop(future), future.result()
+                # some futures of dask never end once their scheduler is lost
                 if getattr(getattr(pool, "_client", None), "status", "running") != "running":
-                    raise BrokenExecutor  # a scheduler of dask is lost, some of whose futures never end then
-        except BrokenExecutor:
+                    raise futures.BrokenExecutor
+        except futures.BrokenExecutor:
             raise SolverError(
                 "workers: one died (killed, or out of memory?); what is done is kept where there is an output"
             ) from None
@@ -389,11 +383,11 @@ def _processes(workers: int) -> Iterator[Executor]:
     resource_tracker.ensure_running()
     sys.warnoptions.pop()
     context = multiprocessing.get_context("spawn")  # a fork would copy locks of compiled threads
-    pool = ProcessPoolExecutor(workers, context, _begin)
+    pool = futures.ProcessPoolExecutor(workers, context, _begin)
     try:
         with _signals_held_back():
             first = pool.submit(int)
-        if isinstance(first.exception(), BrokenExecutor):
+        if isinstance(first.exception(), futures.BrokenExecutor):
             raise UsageError(GUARD)
         yield pool
     except BaseException:

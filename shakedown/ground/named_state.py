@@ -14,19 +14,9 @@ from typing import Annotated, Any, ClassVar, Self, get_args, get_origin
 import numba
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
-from numba import types
+from numba import extending, types
 from numba.core.datamodel.models import PrimitiveModel
 from numba.core.typing.templates import AttributeTemplate
-from numba.extending import (
-    NativeValue,
-    infer_getattr,
-    intrinsic,
-    lower_getattr_generic,
-    lower_setattr_generic,
-    register_model,
-    typeof_impl,
-    unbox,
-)
 from numba.np.numpy_support import as_dtype
 from numpy.typing import NDArray
 
@@ -86,7 +76,7 @@ def address_of(function: Any, *arguments: types.Type) -> int:
     return int(found.library.get_pointer_to_function(found.fndesc.llvm_cfunc_wrapper_name))
 
 
-@intrinsic
+@extending.intrinsic
 def _call_at(typing: Any, address: Any, first: Any, second: Any, third: Any) -> Any:
     """The whole number that the compiled function at an address gives for three arguments."""
 
@@ -178,26 +168,26 @@ def _compiled_type(declared: Any) -> Any:
     return numbers.get(declared) or declared.compiled
 
 
-@register_model(StateType)
+@extending.register_model(StateType)
 class _Address(PrimitiveModel):
     def __init__(self, manager: Any, kind: StateType) -> None:
         super().__init__(manager, kind, ir.IntType(8).as_pointer())
 
 
-@typeof_impl.register(NamedState)
+@extending.typeof_impl.register(NamedState)
 def _kind(state: NamedState, context: Any) -> StateType:
     return state.compiled
 
 
-@unbox(StateType)
-def _address(kind: StateType, state: Any, c: Any) -> NativeValue:
+@extending.unbox(StateType)
+def _address(kind: StateType, state: Any, c: Any) -> extending.NativeValue:
     number = c.pyapi.object_getattr_string(state, "address")
     address = c.pyapi.long_as_voidptr(number)
     c.pyapi.decref(number)
-    return NativeValue(address, is_error=c.pyapi.c_api_error())
+    return extending.NativeValue(address, is_error=c.pyapi.c_api_error())
 
 
-@infer_getattr
+@extending.infer_getattr
 class _Fields(AttributeTemplate):
     key = StateType
 
@@ -211,12 +201,12 @@ def _place(context: Any, builder: Any, state: StateType, address: Any, name: str
     return builder.bitcast(place, context.get_data_type(state.kinds[name]).as_pointer())
 
 
-@lower_getattr_generic(StateType)
+@extending.lower_getattr_generic(StateType)
 def _read(context: Any, builder: Any, state: StateType, address: Any, name: str) -> Any:
     return context.unpack_value(builder, state.kinds[name], _place(context, builder, state, address, name))
 
 
-@lower_setattr_generic(StateType)
+@extending.lower_setattr_generic(StateType)
 def _write(context: Any, builder: Any, signature: Any, values: Any, name: str) -> None:
     (state, given), (address, value) = signature.args, values
     place = _place(context, builder, state, address, name)

@@ -359,13 +359,13 @@ def pressure_stiffness(problem: Problem) -> FloatArray:
     array([[0.e+00, 0.e+00],
            [0.e+00, 1.e-17]])
     """
-    smooth, roots = problem.law.smooth, np.sqrt(np.maximum(np.diagonal(problem.A), 0.0))
-    own = problem.layout.by_node(roots).max(axis=-1)[smooth]
-    felt = np.any(np.abs(problem.B[smooth]) > ROUND_OFF * own[:, None] * roots, axis=1)
+    frictionless, roots = problem.law.frictionless, np.sqrt(np.maximum(np.diagonal(problem.A), 0.0))
+    own = problem.layout.by_node(roots).max(axis=-1)[frictionless]
+    felt = np.any(np.abs(problem.B[frictionless]) > ROUND_OFF * own[:, None] * roots, axis=1)
     if felt.all():
         return problem.B
     kept = problem.B.copy()
-    kept[smooth[~felt]] = 0.0
+    kept[frictionless[~felt]] = 0.0
     return kept
 
 
@@ -389,7 +389,7 @@ def _extremal(
     the load step that takes most from a half-space, ``path`` the load (q, p).
     """
     law, n = problem.law, problem.n
-    pressures = law.rows * n + np.arange(len(law.smooth))
+    pressures = law.rows * n + np.arange(len(law.frictionless))
     if problem.directions > 1:
         node, step = (each.repeat(CONE) for each in law.extreme_steps(*path))
         row = CONE * node + np.tile(np.arange(CONE), len(node) // CONE)
@@ -402,8 +402,8 @@ def _extremal(
         G=law.stiffness(problem.A, pressure_stiffness(problem))[rows],
         d=taken[steps, rows],
         g=left[steps, rows],
-        node=np.append(node, law.smooth),
-        side=np.append(side, np.full(len(law.smooth), Side.PRESSURE)),
+        node=np.append(node, law.frictionless),
+        side=np.append(side, np.full(len(law.frictionless), Side.PRESSURE)),
         step=steps,
         rigid=rigid_slips(problem),
     )
@@ -415,7 +415,7 @@ def step_loads(problem: Problem) -> FloatArray:
     With one direction their largest over the loop are the ``d`` of :func:`constraints` [force].
     """
     loop = loading(problem)
-    return problem.law.against(loop.q1, loop.p1)
+    return problem.law.load_terms(loop.q1, loop.p1)
 
 
 @once_per_problem

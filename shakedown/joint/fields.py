@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.argument_kinds import real_values
-from shakedown.ground.constants import EPS, NEGLIGIBLE, FloatArray
+from shakedown.ground.constants import EPS, NEGLIGIBLE, THREE_DIGITS, FloatArray
 from shakedown.ground.errors import ProblemError, ShakedownError, wrong_key
 from shakedown.ground.shown_values import LONGEST_NAME, short, shortened, visible
-from shakedown.ground.tolerances import DEFAULT
+from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT
+from shakedown.joint.places import check_places, without_cancelled
 
 # Axes by name: n contact nodes, dn their tangential directions, m load steps, k transient steps, s states,
 # c load cases, L loads with unit reactions, e faces; a number of components, as of x, y, z.
@@ -118,6 +119,34 @@ def finite_array(
         place = name + "".join(f"[{i}]" for i in first)
         raise error(f"{what}: expected finite numbers, found {array[first]} at {place}")
     return array
+
+
+COARSEST = np.float64(THREE_DIGITS)  # relative accuracy that a stiffness needs at least
+
+
+def check_values(arrays: dict[str, FloatArray]) -> None:
+    """Check the arrays of a problem, and round off in place what is only nearly as it has to be."""
+    f = arrays["f"]
+    if np.any(f < 0):
+        j = int(np.argmax(f < 0))
+        raise wrong_key("f", "friction coefficients >= 0", f"{f[j]} at node {j}")
+    for key, array in arrays.items():
+        arrays[key] = in_range(key, array)
+    check_ratios(arrays)
+    accuracy = arrays.get("stiffness_accuracy", COARSEST)
+    if not 0.0 < accuracy <= COARSEST:
+        expected = f"a number above 0 and up to {COARSEST:g} (three digits)"
+        raise wrong_key("stiffness_accuracy", expected, f"{accuracy:g}")
+    if "node_area" in arrays:
+        arrays["node_area"] = without_cancelled(arrays["node_area"])
+    check_places(arrays)
+    rounding = FIRST_DIGIT * float(accuracy) if "stiffness_accuracy" in arrays else 0.0
+    largest = max(float(np.abs(arrays[key]).max()) for key in STIFFNESS if key in arrays)
+    for key in ("A", "C"):
+        if key in arrays:
+            arrays[key] = symmetrised(key, arrays[key], rounding, largest)
+    check_definiteness(arrays, rounding)
+    check_unit_loads(arrays)
 
 
 def in_range(key: str, array: NDArray[np.float64]) -> NDArray[np.float64]:

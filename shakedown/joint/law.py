@@ -94,7 +94,7 @@ class Layout:
         """Slips or tangential reactions (…, dn) node by node, (…, n, d), as a view."""
         return slip.reshape(*slip.shape[:-1], self.n, self.d)
 
-    def ways(self, change: FloatArray) -> FloatArray:
+    def slip_distances(self, change: FloatArray) -> FloatArray:
         """How far each node slips in a change of a state ((d + 1) n,), (n,) [length]."""
         return np.asarray(np.linalg.norm(self.by_node(change[self.slips]), axis=1))
 
@@ -145,7 +145,7 @@ class Law:
         return self.d + 1
 
     @cached_property
-    def smooth(self) -> NDArray[np.intp]:
+    def frictionless(self) -> NDArray[np.intp]:
         """The nodes without friction, whose pressures are rows of their own."""
         return np.flatnonzero(self.f == 0)
 
@@ -187,12 +187,12 @@ class Law:
         return -self._unit(q)
 
     def cone(self, q: Numbers, p: Numbers) -> Numbers:
-        """s(q, p), which the law wants in K, (…, r) [force]: node by node, then the p of smooth nodes."""
+        """s(q, p), which the law wants in K, (…, r) [force]: node by node, then p without friction."""
         limit = self.limit(p)
         rows = _by_node(limit - q, limit + q) if self.d == 1 else _by_node(limit, *self._components(q))
         return self._with_pressures(rows, p)
 
-    def against(self, q: Numbers, p: Numbers) -> Numbers:
+    def load_terms(self, q: Numbers, p: Numbers) -> Numbers:
         """−s(q, p), (…, r) [force]: what a load takes from the slack within the limits."""
         limit = self.limit(p)
         return self._with_pressures(_by_node(q - limit, -q - limit), -p) if self.d == 1 else -self.cone(q, p)
@@ -218,7 +218,7 @@ class Law:
         """The sizes of the terms of :meth:`stiffness` together: what its round-off is relative to."""
         if self.d == 1:
             rows = np.repeat(np.abs(A) + self.limit_rows(np.abs(B)), 2, axis=0)
-            return np.vstack([rows, np.abs(B[self.smooth])])
+            return np.vstack([rows, np.abs(B[self.frictionless])])
         return np.abs(self.stiffness(A, B))
 
     def extreme_steps(self, q: FloatArray, p: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -253,7 +253,7 @@ class Law:
 
     def _with_pressures(self, rows: Numbers, p: Numbers) -> Numbers:
         """Rows (…, (d + 1) n) followed by those of the pressures of nodes without friction."""
-        return np.concatenate([rows, p[..., self.smooth]], axis=-1) if len(self.smooth) else rows
+        return np.concatenate([rows, p[..., self.frictionless]], axis=-1) if len(self.frictionless) else rows
 
     def _components(self, q: Numbers) -> Numbers:
         return np.moveaxis(self.layout.by_node(q), -1, 0)

@@ -13,32 +13,26 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.ground.constants import THREE_DIGITS, FloatArray, T
-from shakedown.ground.errors import ProblemError, wrong_key
+from shakedown.ground.constants import FloatArray, T
+from shakedown.ground.errors import ProblemError
 from shakedown.ground.shown_values import one_line, same, shortened, visible
-from shakedown.ground.tolerances import FIRST_DIGIT
 from shakedown.joint.fields import (
     DOMAIN,
     LOOP,
     NAMES,
     OF_NODES,
-    STIFFNESS,
     TEXTS,
     Axes,
-    check_definiteness,
-    check_ratios,
     check_shapes,
-    check_unit_loads,
-    in_range,
+    check_values,
     load_path,
     names,
     origin,
     plain_text,
     real_numbers,
-    symmetrised,
 )
 from shakedown.joint.law import Law, Layout, layout_of
-from shakedown.joint.places import check_places, checked_faces, faces_among, without_cancelled
+from shakedown.joint.places import checked_faces, faces_among
 
 
 class ReadOnly:
@@ -113,9 +107,6 @@ def read_only(value: Any) -> Any:
     if is_dataclass(kind) and kind.__dataclass_params__.frozen and not issubclass(kind, ReadOnly):  # type: ignore[attr-defined]
         ReadOnly.__post_init__(value)
     return value
-
-
-COARSEST = np.float64(THREE_DIGITS)  # relative accuracy that a stiffness needs at least
 
 
 def stored(axes: str) -> Any:
@@ -290,7 +281,7 @@ class Problem(ReadOnly):
         found: dict[str, Any] = dict(listed)
         if "faces" in arrays:
             found["faces"] = checked_faces(arrays.pop("faces"), n)
-        _check_values(arrays)
+        check_values(arrays)
         if "stiffness_accuracy" in arrays:
             found["stiffness_accuracy"] = float(arrays.pop("stiffness_accuracy"))
         for key, array in arrays.items():
@@ -447,27 +438,3 @@ class Problem(ReadOnly):
 
 
 AXES: dict[str, Axes] = {each.name: each.metadata["axes"] for each in fields(Problem) if each.metadata}
-
-
-def _check_values(arrays: dict[str, FloatArray]) -> None:
-    f = arrays["f"]
-    if np.any(f < 0):
-        j = int(np.argmax(f < 0))
-        raise wrong_key("f", "friction coefficients >= 0", f"{f[j]} at node {j}")
-    for key, array in arrays.items():
-        arrays[key] = in_range(key, array)
-    check_ratios(arrays)
-    accuracy = arrays.get("stiffness_accuracy", COARSEST)
-    if not 0.0 < accuracy <= COARSEST:
-        expected = f"a number above 0 and up to {COARSEST:g} (three digits)"
-        raise wrong_key("stiffness_accuracy", expected, f"{accuracy:g}")
-    if "node_area" in arrays:
-        arrays["node_area"] = without_cancelled(arrays["node_area"])
-    check_places(arrays)
-    rounding = FIRST_DIGIT * float(accuracy) if "stiffness_accuracy" in arrays else 0.0
-    largest = max(float(np.abs(arrays[key]).max()) for key in STIFFNESS if key in arrays)
-    for key in ("A", "C"):
-        if key in arrays:
-            arrays[key] = symmetrised(key, arrays[key], rounding, largest)
-    check_definiteness(arrays, rounding)
-    check_unit_loads(arrays)

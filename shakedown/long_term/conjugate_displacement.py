@@ -1,29 +1,20 @@
 """How far each load moves: the displacement conjugate to it along a path, and the loops of the loads."""
 
 import os
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from shakedown.files.atomic_write import check_table, write_csv
 from shakedown.ground.constants import FloatArray
-from shakedown.ground.errors import UsageError
 from shakedown.joint.arguments import checked
 from shakedown.joint.constraints import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import LoadUnit, load_units, require_loads, units_in_time
-from shakedown.motion.event_history import CurvedHistory, EventHistory
+from shakedown.motion.event_history import CurvedHistory, EventHistory, recorded_path
 
 BOOLE = np.array([7, 32, 12, 32, 7]) / 90  # exact for curves of the fourth degree
 CHORDS = np.array([1, 2, 2, 2, 1]) / 8
-
-
-class WithPath(Protocol):
-    """A long-term state, a recorded simulation or evolution."""
-
-    @property
-    def history(self) -> object:
-        """The recorded events, or None."""
 
 
 class LoadLoops(NamedTuple):
@@ -73,7 +64,7 @@ class LoadLoops(NamedTuple):
 
 
 @checked
-def conjugate_displacement(problem: Problem, history: EventHistory | WithPath) -> FloatArray:
+def conjugate_displacement(problem: Problem, history: Any) -> FloatArray:
     """The displacement conjugate to each load along a path, from the welded joint's data alone.
 
     With R_j the welded reactions of a unit of load j, c_j(t) units of it acting, S_ij the displacement
@@ -119,15 +110,15 @@ def conjugate_displacement(problem: Problem, history: EventHistory | WithPath) -
     >>> conjugate_displacement(joint, state).ravel().round(6).tolist()
     [-1.0, -1.0, 1.0, 1.0, -1.0]
     """
-    return _along(problem, _path(history))[1]
+    return _along(problem, recorded_path(history, "history"))[1]
 
 
-def load_loops(problem: Problem, history: EventHistory | WithPath) -> LoadLoops:
+def load_loops(problem: Problem, history: Any) -> LoadLoops:
     """The loops of the loads over the path of one period, in so many points that straight lines follow them.
 
     With fixed load steps that is the polygon of these. Raises as :func:`conjugate_displacement`.
     """
-    path = _path(history)
+    path = recorded_path(history, "history")
     fine = path.refined()
     load, displacement = _along(problem, fine)
     known = np.flatnonzero(np.isfinite(displacement).all(axis=1))
@@ -170,10 +161,3 @@ def _load_factor(problem: Problem, path: EventHistory) -> float:
     at = np.stack([np.interp(path.cycle[later] % 1.0, corners, column) for column in closed.T], axis=1)
     size = float((at * at).sum())
     return float((at * change).sum()) / size if size else 1.0
-
-
-def _path(history: EventHistory | WithPath) -> EventHistory:
-    path = history if isinstance(history, EventHistory) else getattr(history, "history", None)
-    if not isinstance(path, EventHistory) or not len(path):
-        raise UsageError("history: expected recorded events of a path, found none")
-    return path

@@ -33,7 +33,8 @@ from shakedown.joint.result import Result
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, empty_answers
 from shakedown.long_term.plane.phase_loop import Verdict
 from shakedown.long_term.plane.search import Answers
-from shakedown.long_term.space.steady_search import CLEAR, SteadySearches
+from shakedown.long_term.proved_outcome import RETURN_TOLERANCE
+from shakedown.long_term.space.steady_search import SteadySearches
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.checked_law import scales
 from shakedown.motion.course import HASH_PRIME
@@ -202,11 +203,11 @@ def long_term_state(
     """
     check_arguments(load_factor, max_cycles, problem)
     check_count("longest_period", longest_period, MOST_ENTRIES)
-    opened, patience = tuple(open_nodes), Patience(max_cycles, longest_period)
-    return settled_state(problem, load_factor, initial_slip, opened, patience, tolerances)
+    opened, limits = tuple(open_nodes), SearchLimits(max_cycles, longest_period)
+    return settled_state(problem, load_factor, initial_slip, opened, limits, tolerances)
 
 
-class Patience(NamedTuple):
+class SearchLimits(NamedTuple):
     """How long a long-term state is sought."""
 
     most_cycles: int
@@ -214,12 +215,12 @@ class Patience(NamedTuple):
 
 
 def _search(
-    problem: Problem, patience: Patience, tolerances: Tolerances
+    problem: Problem, limits: SearchLimits, tolerances: Tolerances
 ) -> AbstractContextManager[LimitSearch | SteadySearches]:
     """The last search on the problem where its settings are the same: by the map of a period, or in space."""
     kind = LimitSearch if problem.directions == 1 else SteadySearches
-    build = partial(kind, problem, tolerances, *patience)
-    return reused(problem, "search", (tolerances, patience), build)
+    build = partial(kind, problem, tolerances, *limits)
+    return reused(problem, "search", (tolerances, limits), build)
 
 
 @on_one_thread
@@ -228,21 +229,21 @@ def settled_state(
     load_factor: float,
     initial_slip: ArrayLike | None,
     open_nodes: tuple[int, ...],
-    patience: Patience,
+    limits: SearchLimits,
     tolerances: Tolerances,
 ) -> LongTermState:
     """As :func:`long_term_state`, without its checks."""
     parts = coupled_parts(problem, open_nodes)
     if len(parts) > 1:
-        start = beginning(problem, load_factor, initial_slip, open_nodes, tolerances).state.u
+        start = beginning(problem, load_factor, initial_slip, open_nodes, tolerances)[0].u
         of_parts = [(part.joint, start[part.slips], part.among(open_nodes)) for part in parts]
         found = [
-            settled_state(joint, load_factor, slip, opened, patience, tolerances)
+            settled_state(joint, load_factor, slip, opened, limits, tolerances)
             for joint, slip, opened in of_parts
         ]
         return joined_state(problem, open_nodes, parts, found)
 
-    with _search(problem, patience, tolerances) as search:
+    with _search(problem, limits, tolerances) as search:
         search.begin(float(load_factor), initial_slip, open_nodes)
         return search.state(open_nodes)
 
@@ -343,8 +344,8 @@ def long_term_states(
     check_count("longest_period", longest_period, MOST_ENTRIES)
     check_count("threads", threads)
     starts = checked_initial_slips(problem, initial_slips)
-    patience = Patience(max_cycles, longest_period)
-    batch = _Batch(problem, float(load_factor), starts, patience, tolerances)
+    limits = SearchLimits(max_cycles, longest_period)
+    batch = _Batch(problem, float(load_factor), starts, limits, tolerances)
     batch.run(min(threads, max(len(starts), 1)))
     found = batch.answers._asdict()
     outcome = NAMES[found.pop("verdict")]
@@ -369,7 +370,7 @@ class _Batch:
     problem: Problem
     load_factor: float
     starts: FloatArray
-    patience: Patience
+    limits: SearchLimits
     tolerances: Tolerances
 
     def __post_init__(self) -> None:
@@ -397,7 +398,7 @@ class _Batch:
         if len(coupled_parts(self.problem)) > 1:
             states: Iterable[LongTermState] = (self._alone(start) for start in starts if not self.stopped)
         else:
-            with _search(self.problem, self.patience, self.tolerances) as search:
+            with _search(self.problem, self.limits, self.tolerances) as search:
                 search.begin(self.load_factor, None, ())
                 states = search.from_slips(starts, answers, lambda: self.stopped)
             if isinstance(search, LimitSearch) and not self.stopped:
@@ -410,9 +411,9 @@ class _Batch:
 
         Among cycles through the same contact states the first decides, unless its answer changes.
         """
-        none = self.tolerances.periodicity * scales(self.problem, self.load_factor).length / CLEAR
+        none = self.tolerances.periodicity * scales(self.problem, self.load_factor).length / RETURN_TOLERANCE
         slips = np.nan_to_num(answers.slip_per_cycle).max(axis=1, initial=0.0)
-        found, most = answers.verdict, self.patience.most_cycles
+        found, most = answers.verdict, self.limits.most_cycles
         cycles = (found > Verdict.SHAKEDOWN) & ((found != Verdict.CYCLIC_SLIP) | (slips < none))
         spent = (found == Verdict.UNDECIDED) & (answers.cycles_simulated >= most)
         for signature in np.unique(answers.signature[cycles]):
@@ -424,7 +425,7 @@ class _Batch:
 
     def _alone(self, start: FloatArray) -> LongTermState:
         """The single answer for a start."""
-        return settled_state(self.problem, self.load_factor, start, (), self.patience, self.tolerances)
+        return settled_state(self.problem, self.load_factor, start, (), self.limits, self.tolerances)
 
     def _differs(self, start: FloatArray, answers: Answers, k: int) -> bool:
         """Whether the single answer for a start differs; if so it is entered."""

@@ -14,9 +14,9 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.long_term.motion_start import MotionStart
 from shakedown.long_term.plane.period_map import limit, period_map
-from shakedown.long_term.plane.phase_loop import Instruction, Verdict, instruct, settle
-from shakedown.long_term.plane.search import Answers, PlaneSearch, path_check, search
-from shakedown.long_term.space.steady_search import overruled_by_proofs
+from shakedown.long_term.plane.phase_loop import Instruction, Verdict, instruct, run_searches
+from shakedown.long_term.plane.search import Answers, PlaneSearch, path_check, plane_search
+from shakedown.long_term.proved_outcome import overruled_by_proofs
 from shakedown.long_term.state import VARIES_LITTLE, LongTermState
 from shakedown.motion.checked_law import alone, load_range
 from shakedown.motion.course import CALL_OPERATIONS, LoopEnd
@@ -58,7 +58,7 @@ class LimitSearch:
         capacity, events = min(most_cycles + longest_period, BATCH), self._events  # states between two cycles
         runs = events.run_of(True, False), events.run_of(False, False), events.run_of(False, True)
         check = path_check(problem.f)
-        self.compiled = search(runs, period_map(problem.n), check, capacity, longest_period)
+        self.compiled = plane_search(runs, period_map(problem.n), check, capacity, longest_period)
         self.compiled.set(
             most_cycles=most_cycles,
             limit=t.limit,
@@ -128,20 +128,20 @@ class LimitSearch:
         instruct(self.compiled, Instruction.FROM_HERE, 0.0, 0.0)
         if not self.evolution.held:
             self._give_up()
-        self._settle(answers.final_slip, answers, lambda: False)
+        self._run(answers.final_slip, answers, lambda: False)
 
     def from_slips(
         self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]
     ) -> tuple[LongTermState, ...]:
         """Enter the answers for initial slips (s, n), one after the other, until ``stopped()`` is true."""
         instruct(self.compiled, Instruction.ANEW, 0.0, 0.0)
-        self._settle(starts, answers, stopped)
+        self._run(starts, answers, stopped)
         return ()
 
-    def _settle(self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]) -> None:
+    def _run(self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]) -> None:
         status, follow = LoopEnd.PAUSED, address_of_loop()
         while status != LoopEnd.DONE and not stopped():
-            status = settle(self.compiled, starts, answers, CALL_OPERATIONS, follow)
+            status = run_searches(self.compiled, starts, answers, CALL_OPERATIONS, follow)
             if status == LoopEnd.LIMIT_WANTED:
                 self._give_limit()
             elif status == LoopEnd.SINGULAR:
@@ -152,8 +152,8 @@ class LimitSearch:
     def _give_limit(self) -> None:
         """The limit of an affine map that drifts, or nearly so; only a rigid slip can drift for ever.
 
-        The map leaves rigid slips as they are. That is said beforehand: where a body is hardly held within
-        the period, the map knows it to few digits.
+        The map leaves rigid slips as they are. They are taken out of it beforehand, as it has few digits of
+        them where a body is hardly held within the period.
         """
         affine, layout = self.compiled.map, self.evolution.problem.layout
         k, stuck = affine.k, affine.stuck[: affine.t]

@@ -14,10 +14,8 @@ from shakedown.bounds.energy.energy_bound import energy_bound
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.constants import ERROR_FACTOR, NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import Missing, attempt_any
-from shakedown.ground.shown_values import short
 from shakedown.ground.status import OPEN, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.work_limit import on_one_thread
 from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import first_load, loading, loop_path, transient_path
 from shakedown.joint.problem import Problem
@@ -256,15 +254,6 @@ def total_slip_from_start(origin: MotionStart) -> float:
     return further
 
 
-@on_one_thread
-def proof_from_start(origin: MotionStart) -> str:
-    """What proves that a motion shakes down from its start, in words; empty where nothing does."""
-    bound = proving_bound(origin)
-    if bound is not None:
-        return f"below λ_E = {short(bound.load_factor)} of its start"
-    return "below λ_S of its start" if total_slip_from_start(origin) < inf else ""
-
-
 def _key(origin: MotionStart, kind: str) -> object:
     return kind, origin.start.tobytes(), origin.open_nodes, origin.tolerances
 
@@ -291,8 +280,3 @@ def lambda_max(problem: Problem) -> float:
         found = attempt_any(upper_bound, problem)
         known["upper"] = inf if isinstance(found, Missing) else found.load_factor
     return known["upper"]
-
-
-def above_lambda_max(origin: MotionStart) -> bool:
-    """Whether a load factor is known to exceed λ_max, beyond its round-off."""
-    return origin.load_factor > ABOVE * known_limits(origin.problem).get("upper", inf)

@@ -432,18 +432,22 @@ def slip_extents(settled: Settled, tolerances: Tolerances) -> FloatArray:
     if layout.d == 1:
         return _ranges(settled, tolerances)
     path, drift = settled.history.refined(), layout.by_node(settled.drift)
-    closed, places, ways = _closed(settled, path, tolerances), layout.by_node(path.v), np.zeros((layout.n, 2))
+    closed, places, extents = (
+        _closed(settled, path, tolerances),
+        layout.by_node(path.v),
+        np.zeros((layout.n, 2)),
+    )
     for node in np.flatnonzero(closed.any(axis=0)):
         time, where = np.flatnonzero(closed[:, node]), places[closed[:, node], node]
         if settled.outcome != Outcome.RATCHETTING:
-            ways[node] = farthest_apart(
+            extents[node] = farthest_apart(
                 corners := corners_of_hull(where), np.full(len(corners), len(corners))
             )
             continue
         time = np.concatenate([time, time + len(closed) - 1])  # a window may extend beyond the end
         later = np.searchsorted(time, time + len(closed))
-        ways[node] = farthest_apart(np.concatenate([where, where + drift[node]]), later)
-    return ways.ravel()
+        extents[node] = farthest_apart(np.concatenate([where, where + drift[node]]), later)
+    return extents.ravel()
 
 
 def _closed(settled: Settled, path: EventHistory, tolerances: Tolerances) -> NDArray[np.bool_]:
@@ -500,7 +504,7 @@ def pressed_slip(settled: Settled) -> FloatArray:
 
 
 def farthest_apart(places: FloatArray, later: NDArray[np.intp]) -> FloatArray:
-    """The way between the two of some places (k, 2) that lie farthest apart.
+    """The vector between the two of some places (k, 2) that lie farthest apart.
 
     Each is compared with those after it up to a number, (k,).
 
@@ -513,10 +517,10 @@ def farthest_apart(places: FloatArray, later: NDArray[np.intp]) -> FloatArray:
     longest, number, chunk = np.zeros(2), np.arange(len(places)), 64  # at a time, as memory is to stay small
     for first in range(0, len(places), chunk):
         own, other = number[first : first + chunk, None], number[first : later[first : first + chunk].max()]
-        ways = places[other] - places[own]
-        sizes = ((own <= other) & (other < later[own])) * np.einsum("jkd,jkd->jk", ways, ways)
+        apart = places[other] - places[own]
+        sizes = ((own <= other) & (other < later[own])) * np.einsum("jkd,jkd->jk", apart, apart)
         if sizes.max() > longest @ longest:
-            longest = ways[np.unravel_index(sizes.argmax(), sizes.shape)]
+            longest = apart[np.unravel_index(sizes.argmax(), sizes.shape)]
     return longest
 
 

@@ -20,7 +20,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_arguments, checked, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.find_state import Patience, settled_state
+from shakedown.long_term.find_state import SearchLimits, settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.node_results import Settled, slip_extents
 from shakedown.long_term.state import LongTermState, SettledState, SteppedState, of_period
@@ -226,8 +226,8 @@ def simulate(
         initial_slip = named_start(problem, load_factor, initial_slip, open_nodes)
     start = problem, load_factor, initial_slip
     if method == "event":
-        patience = Patience(cycles, LONGEST_PERIOD)
-        run = _from_event_to_event(settled_state(*start, open_nodes, patience, tolerances), record)
+        limits = SearchLimits(cycles, LONGEST_PERIOD)
+        run = _from_event_to_event(settled_state(*start, open_nodes, limits, tolerances), record)
     else:
         motion = FixedSteps(*start, tolerances, open_nodes)
         run = _at_fixed_steps(motion, cycles, method, record)
@@ -253,7 +253,7 @@ def _cycles_there(settled: LongTermState) -> int:
     return min(settled.cycles_simulated + (settled.stop is not None), settled.most_cycles)
 
 
-class Verdict(NamedTuple):
+class RecordedVerdict(NamedTuple):
     """An outcome with its period in cycles and the drift of the slip per period, (n,) [length]."""
 
     outcome: Outcome
@@ -262,7 +262,7 @@ class Verdict(NamedTuple):
     reason: str
 
 
-def recorded_verdict(cycles: Sequence[CycleRecord], threshold: FloatArray) -> Verdict | None:
+def recorded_verdict(cycles: Sequence[CycleRecord], threshold: FloatArray) -> RecordedVerdict | None:
     """The long-term state that the last cycles show, or None while they show none.
 
     Evidence, not proof: slips of a node below its ``threshold``, (n,) [length], count as none, and
@@ -275,8 +275,8 @@ def recorded_verdict(cycles: Sequence[CycleRecord], threshold: FloatArray) -> Ve
         breathing = np.flatnonzero(last.opened & last.closed)
         if breathing.size:
             reason = f"no frictional slip, but opening and closing every cycle: {nodes_in_words(breathing)}"
-            return Verdict(Outcome.SEPARATION, 1, still, reason)
-        return Verdict(Outcome.SHAKEDOWN, 1, still, "no frictional slip in the last two cycles")
+            return RecordedVerdict(Outcome.SEPARATION, 1, still, reason)
+        return RecordedVerdict(Outcome.SHAKEDOWN, 1, still, "no frictional slip in the last two cycles")
     none = np.repeat(threshold, len(still) // len(threshold))
     for period in range(1, min(REMEMBERED, (len(cycles) - 1) // 2) + 1):
         slip = np.sum([cycle.slip for cycle in cycles[-period:]], axis=0)
@@ -286,10 +286,10 @@ def recorded_verdict(cycles: Sequence[CycleRecord], threshold: FloatArray) -> Ve
         every, ends = cycles_in_words(period), [cycle.end_slip for cycle in cycles[-2 * period - 1 :]]
         steps = np.subtract(ends[period:], ends[: period + 1])
         if np.all(np.abs(steps) <= none):
-            return Verdict(Outcome.CYCLIC_SLIP, period, still, f"slip per {every} constant")
+            return RecordedVerdict(Outcome.CYCLIC_SLIP, period, still, f"slip per {every} constant")
         steady = np.all(np.abs(steps - steps[-1]) <= none)
         if steady and np.any(np.abs(steps[-1]) > 1e3 * none):
-            return Verdict(Outcome.RATCHETTING, period, steps[-1], f"drift per {every} constant")
+            return RecordedVerdict(Outcome.RATCHETTING, period, steps[-1], f"drift per {every} constant")
     return None
 
 
@@ -305,7 +305,7 @@ def _at_fixed_steps(motion: FixedSteps, cycles: int, method: str, record: bool) 
             break
     if verdict is None:
         reason = motion.stop.reason if motion.stop else f"no steady state within {count(cycles, 'cycle')}"
-        verdict = Verdict(Outcome.UNDECIDED, 0, np.full(len(start), np.nan), reason)
+        verdict = RecordedVerdict(Outcome.UNDECIDED, 0, np.full(len(start), np.nan), reason)
     period, (path, slip) = verdict.period, motion.last(verdict.period)
     records = followed[-period:] if period else []
     work = np.sum([each.work for each in records], axis=0) / period if period else np.nan

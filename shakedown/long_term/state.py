@@ -19,15 +19,9 @@ from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.contact_zone import coupled_parts, of_nodes
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.long_term import motion_start
 from shakedown.long_term.creep_proofs import sliding_bodies
-from shakedown.long_term.motion_start import (
-    FirstCycles,
-    MotionStart,
-    is_known,
-    proving_bound,
-    total_slip_from,
-    total_slip_from_start,
-)
+from shakedown.long_term.motion_start import FirstCycles, MotionStart
 from shakedown.long_term.rigid_drift import RigidDrift, rigid_drift
 from shakedown.motion.checked_law import path_resolution, scales
 from shakedown.motion.event_history import EventHistory, path_violation
@@ -425,8 +419,8 @@ def energy_proof(state: LongTermState) -> EnergyProof:
     if ball is not None and (cycles := cycles_until_inside(ball, state)) is not None:
         return replace(_proof_of(ball, state), cycles=cycles)
     # A ball that holds the start also holds the state at rest, so where none does λ_E is not computed.
-    asked = ball is not None or is_known(state.origin)
-    if asked and proving_bound(state.origin) is not None:
+    asked = ball is not None or motion_start.is_known(state.origin)
+    if asked and motion_start.proving_bound(state.origin) is not None:
         return EnergyProof(True, cycles=0, by=ENERGY)
     return slip_proof(state)
 
@@ -438,11 +432,11 @@ def slip_proof(state: LongTermState) -> EnergyProof:
     do; where it does, the states after 1, 2, 4, … cycles are asked about, with the error of their path.
     """
     origin = state.origin
-    further = total_slip_from_start(origin)
+    further = motion_start.total_slip_from_start(origin)
     if further < inf:
         return EnergyProof(True, cycles=0, by=SLIP, further=further)
     loop = _after_transient(origin.problem)
-    if state.open_nodes or not total_slip_from(loop, origin.load_factor, state.final_slip) < inf:
+    if state.open_nodes or not motion_start.total_slip_from(loop, origin.load_factor, state.final_slip) < inf:
         return NO_PROOF
     known = path_resolution(loop, origin.tolerances) * scales(loop, origin.load_factor).length
     for passed in origin.passed(state.first_cycles, min(state.cycles_examined, MOST_EXAMINED)):
@@ -450,7 +444,7 @@ def slip_proof(state: LongTermState) -> EnergyProof:
             break
         if passed.open_nodes or passed.cycles & (passed.cycles - 1):
             continue
-        further = total_slip_from(loop, origin.load_factor, passed.slip, known + passed.error)
+        further = motion_start.total_slip_from(loop, origin.load_factor, passed.slip, known + passed.error)
         if further < inf:
             return EnergyProof(True, cycles=passed.cycles, by=SLIP, further=further)
     return NO_PROOF

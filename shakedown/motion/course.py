@@ -10,7 +10,7 @@ from shakedown.ground.named_state import Hash, Integers, NamedState, Reals, inne
 
 LoopEnd = IntEnum(
     "LoopEnd",
-    "DONE NO_RATES LIFTS_OFF RECORD_FULL TOO_MANY_EVENTS NOT_SETTLED PAUSED OUT_OF_WORK AT_EVENT "
+    "DONE NO_RATES LIFTS_OFF RECORD_FULL TOO_MANY_EVENTS NOT_HELD PAUSED OUT_OF_WORK AT_EVENT "
     "LIMIT_WANTED SINGULAR",
     start=0,
 )
@@ -49,12 +49,12 @@ def code_of(states: Integers, first: int, n: int) -> Hash:
 
 
 class Precision(NamedTuple):
-    """What counts as zero: forces, gaps, and rates relative to the largest; forces in settled equations."""
+    """What counts as zero: forces, gaps, rates relative to the largest; residual forces of moving nodes."""
 
     force: float
     length: float
     rate: float
-    settled: float
+    residual: float
 
 
 class Course(NamedState):
@@ -68,7 +68,7 @@ class Course(NamedState):
         s, and the number of the first of them.
     separable
         Whether nodes may open.
-    force, length, rate, settled
+    force, length, rate, residual
         What counts as zero (:class:`Precision`).
     """
 
@@ -79,7 +79,7 @@ class Course(NamedState):
     force: float
     length: float
     rate: float
-    settled: float
+    residual: float
 
 
 def course(

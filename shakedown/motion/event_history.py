@@ -8,7 +8,7 @@ The friction law at every instant of a recorded path.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,8 +99,8 @@ class EventHistory(Result):
         >>> shakedown.long_term_state(joint, 0.9, [2.0, 1.0]).history.slips()
         array([False,  True])
         """
-        ways = np.where(self.state[:-1] != OPEN, np.abs(np.diff(self.v, axis=0)), 0.0).sum(axis=0)
-        return np.asarray(ways > tolerances.periodicity * np.abs(self.v).max(initial=0.0))
+        slip = np.where(self.state[:-1] != OPEN, np.abs(np.diff(self.v, axis=0)), 0.0).sum(axis=0)
+        return np.asarray(slip > tolerances.periodicity * np.abs(self.v).max(initial=0.0))
 
     def at(self, cycle: FloatArray) -> "EventHistory":
         """The exact states at given times in cycles, by linear interpolation or on the curves between rows.
@@ -149,6 +149,14 @@ class EventHistory(Result):
 
 
 WITHIN = (0.0, 0.25, 0.5, 0.75)  # shares of a step at which its curve is checked
+
+
+def recorded_path(result: Any, name: str = "result") -> EventHistory:
+    """The path of a result that has recorded one, or the path itself; ``UsageError`` where there is none."""
+    path = result if isinstance(result, EventHistory) else getattr(result, "history", None)
+    if not isinstance(path, EventHistory) or not len(path):
+        raise UsageError(f"{name}: expected recorded events (record=True, method 'event'), found none")
+    return path
 
 
 @dataclass(frozen=True, eq=False, repr=False)

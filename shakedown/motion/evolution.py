@@ -18,7 +18,7 @@ from shakedown.joint.rigid_slips import free_stiffness
 from shakedown.motion.checked_law import law_violation
 from shakedown.motion.course import LoopEnd
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.method import SLIDES_AWAY, Beginning, CycleRecord, Motion, State, Stop, cycles_of
+from shakedown.motion.method import SLIDES_AWAY, CycleRecord, Motion, State, Stop, cycles_of
 from shakedown.motion.plane.plane_events import PlaneEvents
 from shakedown.motion.space.space_events import SpaceEvents
 from shakedown.motion.viscous_jump import Jump, ViscousJoint, default_damping
@@ -82,11 +82,11 @@ class Evolution(Motion):
         self.may_jump = True  # False: stop before a jump, for callers that examine a state without jumps
         self.begin(load_factor, initial_slip, open_nodes)
 
-    def _begin(self, start: Beginning, transient: FloatArray) -> None:
-        first, later = np.vstack([start.load, transient, self.load]), np.vstack([self.load[-1:], self.load])
-        self.method.begin(start.state.u, first, later, self.scale)
+    def _begin(self, state: State, load: FloatArray, transient: FloatArray) -> None:
+        first, later = np.vstack([load, transient, self.load]), np.vstack([self.load[-1:], self.load])
+        self.method.begin(state.u, first, later, self.scale)
         self.enter_cycle(0)
-        self.state = start.state
+        self.state = state
 
     @property
     def path(self) -> FloatArray:
@@ -117,7 +117,7 @@ class Evolution(Motion):
         self.enter_cycle(before)
         method.enter(before == 0, record)
         if not (self.held and work_is_left()):
-            self.say_why(LoopEnd.OUT_OF_WORK if self.held else LoopEnd.NOT_SETTLED)
+            self.say_why(LoopEnd.OUT_OF_WORK if self.held else LoopEnd.NOT_HELD)
             return False
         goes_on = True
         while goes_on:  # ends, as events per load step, jumps per cycle and cycles are limited
@@ -199,7 +199,7 @@ class Evolution(Motion):
     def say_not_held(self) -> None:
         """Set ``stop`` where a cycle cannot begin as nothing holds the moving nodes of its first state."""
         self.method.enter(self.done == 0, False)
-        self.say_why(LoopEnd.NOT_SETTLED)
+        self.say_why(LoopEnd.NOT_HELD)
 
     def say_why(self, status: int) -> None:
         """Set ``stop`` to the reason for this status of the loop."""
@@ -210,7 +210,7 @@ class Evolution(Motion):
             LoopEnd.NO_RATES: "the state jumps and does not come to rest",
             LoopEnd.LIFTS_OFF: f"node {now.concerned} lifts off, and the problem has no C",
             LoopEnd.TOO_MANY_EVENTS: "events accumulate within one load step",
-            LoopEnd.NOT_SETTLED: "the moving nodes are not held: their stiffness is singular to round-off",
+            LoopEnd.NOT_HELD: "the moving nodes are not held: their stiffness is singular to round-off",
             LoopEnd.OUT_OF_WORK: "the computation allowed for a run is spent",
         }
         if self.left and status != LoopEnd.OUT_OF_WORK:
@@ -218,7 +218,7 @@ class Evolution(Motion):
         if self.slides:
             reasons[status] = SLIDES_AWAY
         if not self.held:
-            reasons[status] = reasons[LoopEnd.NOT_SETTLED]
+            reasons[status] = reasons[LoopEnd.NOT_HELD]
         when = f"at time {time:.6g} cycles" if time >= 0 else "on the way to the first period"
         why = ": friction and stiffness do not hold it" * self.slides
         self.stop = Stop(

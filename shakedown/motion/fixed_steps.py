@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.ground.constants import DIRECTIONS, HALVINGS, NEWTON_ROUNDS, ROUND_OFF, SETTLED, FloatArray
+from shakedown.ground.constants import CONVERGED, DIRECTIONS, HALVINGS, NEWTON_ROUNDS, ROUND_OFF, FloatArray
 from shakedown.ground.named_state import borrowing, entered, inner
 from shakedown.ground.status import NO_STATE, OPEN, SLIP, STICK
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -19,7 +19,7 @@ from shakedown.joint.rigid_slips import free_stiffness
 from shakedown.motion.checked_law import Scales, reactions
 from shakedown.motion.course import EventKind
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.method import SLIDES_AWAY, Beginning, CycleRecord, Motion, State, Stop
+from shakedown.motion.method import SLIDES_AWAY, CycleRecord, Motion, State, Stop
 
 MOST_SWEEPS = 10_000
 
@@ -61,7 +61,7 @@ def contact_nodes(layout: Layout, kappa: FloatArray, f: FloatArray, separable: b
     diagonal = np.diag(own)
     softest = diagonal[diagonal > 0].min(initial=np.inf)
     friction, weights = np.array(f, dtype=float), np.maximum(diagonal / softest, 1.0)
-    axes, tension = tuple(range(layout.d)), 2 * SETTLED * float(force)
+    axes, tension = tuple(range(layout.d)), 2 * CONVERGED * float(force)
     return Nodes(own, flexibility, friction, weights, axes, bool(separable), tension)
 
 
@@ -133,7 +133,7 @@ def slip_by_newton(A, b, f, q, p, tension):  # type: ignore[no-untyped-def]
         ax, ay, share = ax / reach, ay / reach, limit / reach
         Fx, Fy = qx - limit * ax, qy - limit * ay
         missed = (abs(Fx) + abs(Fy)) / (size + f * abs(p))
-        if missed <= SETTLED:
+        if missed <= CONVERGED:
             break
         xx, xy, yy = share * ay * ay, -share * ax * ay, share * ax * ax
         J00 = (1.0 - xx) * A[0] - xy * A[1] - f * ax * b[0] + weight * xx
@@ -341,14 +341,14 @@ class FixedSteps(Motion):
         self.u, self.contact = problem.layout.zeros(), np.zeros(problem.n, dtype=np.int64)
         self.begin(load_factor, initial_slip, open_nodes)
 
-    def _begin(self, start: Beginning, transient: FloatArray) -> None:
+    def _begin(self, state: State, load: FloatArray, transient: FloatArray) -> None:
         problem, layout = self.problem, self.problem.layout
         self.residual = 0.0  # largest relative violation of the friction law so far
         self.recent: deque[LoadSteps] = deque(maxlen=REMEMBERED)
         kappa, separable = free_stiffness(problem), problem.C is not None
         self._at = places_by_node(layout)
         self._nodes = contact_nodes(layout, kappa, problem.f, separable, self.scale.force)
-        self.state = start.state
+        self.state = state
         self.start = self.u[layout.slips].copy()
         if len(transient):
             self.pieces.append(self._advance(transient, -len(transient)).path)

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -120,28 +120,13 @@ class State:
     direction: FloatArray | None = None
 
 
-class Beginning(NamedTuple):
-    """The state at the start, and the welded reactions there.
-
-    Attributes
-    ----------
-    state
-        Slips, gaps and contact states.
-    load : (2n,)
-        Welded reactions (q_w, p_w) from which the load rises to its first step [force].
-    """
-
-    state: State
-    load: FloatArray
-
-
 def beginning(
     problem: Problem,
     load_factor: float,
     initial_slip: ArrayLike | None = None,
     open_nodes: Iterable[int] = (),
     tolerances: Tolerances = DEFAULT,
-) -> Beginning:
+) -> tuple[State, FloatArray]:
     """The state in which a motion begins, in equilibrium with the first load step where nodes are open.
 
     Parameters
@@ -156,6 +141,13 @@ def beginning(
     tolerances
         ``feasibility`` says how far an open node may overlap by round-off.
 
+    Returns
+    -------
+    state
+        Slips, gaps and contact states.
+    load : (2n,)
+        Welded reactions (q_w, p_w) from which the load rises to its first step [force].
+
     Raises
     ------
     UsageError
@@ -168,8 +160,8 @@ def beginning(
     >>> import shakedown
     >>> block = shakedown.example("receding-block")
     >>> upper = shakedown.upper_bound(block, open_nodes="auto")
-    >>> start = beginning(block, 0.5 * upper.load_factor, upper.slip, upper.open_nodes)
-    >>> bool((start.state.u[33:] >= 0).all()), bool(start.state.u[33] > 0)
+    >>> state, _ = beginning(block, 0.5 * upper.load_factor, upper.slip, upper.open_nodes)
+    >>> bool((state.u[33:] >= 0).all()), bool(state.u[33] > 0)
     (True, True)
     """
     slip, layout = checked_initial_slip(problem, initial_slip), problem.layout
@@ -179,7 +171,7 @@ def beginning(
     nodes = np.array(zone.open_nodes, dtype=np.intp)
     if not nodes.size:
         state = State(layout.joined(slip, np.zeros(problem.n)), contact)
-        return Beginning(state, ramp_start(problem, first, state.u))
+        return state, ramp_start(problem, first, state.u)
     u = zone.displacements(slip[layout.slips_of(zone.closed_nodes)], *layout.split(first[None]))[0]
     gaps = u[layout.gaps_of(nodes)]
     if gaps.min() < -tolerances.feasibility * max(scales(problem, load_factor).length, np.abs(u).max()):
@@ -191,7 +183,7 @@ def beginning(
     contact[nodes] = OPEN
     load = ramp_start(problem, first, u)
     load[layout.of_nodes(nodes)] = first[layout.of_nodes(nodes)]  # in equilibrium all the way
-    return Beginning(State(u, contact), load)
+    return State(u, contact), load
 
 
 class Motion(ABC):
@@ -234,15 +226,15 @@ class Motion(ABC):
     ) -> None:
         """Go to the start at a load factor, like a newly created motion."""
         problem = self.problem
-        start = beginning(problem, load_factor, initial_slip, open_nodes, self.tolerances)
+        state, load = beginning(problem, load_factor, initial_slip, open_nodes, self.tolerances)
         self.load_factor, self.done, self.pieces = load_factor, 0, []
         self.load, transient = loop_path(problem, load_factor), transient_path(problem)
         self.scale = scales_of(problem, self.load, transient)
-        self._begin(start, transient)
+        self._begin(state, load, transient)
 
     @abstractmethod
-    def _begin(self, start: Beginning, transient: FloatArray) -> None:
-        """Begin before given transient load steps and the first period."""
+    def _begin(self, state: State, load: FloatArray, transient: FloatArray) -> None:
+        """Begin in a state and under a load before given transient load steps and the first period."""
 
     @property
     def state(self) -> State:

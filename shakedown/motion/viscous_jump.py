@@ -35,11 +35,11 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from shakedown.ground.constants import (
+    CONVERGED,
     MINOR,
     NEGLIGIBLE,
     NEWTON_ROUNDS,
     ROUND_OFF,
-    SETTLED,
     SIX_DIGITS,
     FloatArray,
 )
@@ -291,7 +291,7 @@ class StepLengths:
 
     def _next(self, last: float, motion: float, straight: float) -> float:
         """The duration in which the next step will end where it is to end; longer where none is seen."""
-        if last <= SETTLED * self.size:  # speeds are round-off
+        if last <= CONVERGED * self.size:  # speeds are round-off
             self.idle += 1
             return LARGEST_GROWTH * self.duration
         longest, way = LARGEST_GROWTH * self.duration, 0.0
@@ -312,13 +312,13 @@ class StepLengths:
         return min(way / speed, longest) if speed > 0.0 else longest
 
     def _speed_after(self, further: float) -> float:
-        """The speed to expect after a further way, on a parabola where speeds grow faster and faster."""
-        ways, speeds = np.transpose(self.passed)
-        if len(ways) == 1 or not np.diff(ways).all():
+        """The speed to expect after a further distance, on a parabola where speeds grow faster and faster."""
+        distances, speeds = np.transpose(self.passed)
+        if len(distances) == 1 or not np.diff(distances).all():
             return float(speeds[-1])
-        slopes = np.diff(speeds) / np.diff(ways)
-        curve = max(slopes[-1] - slopes[0], 0.0) / (ways[-1] - ways[0]) if slopes[-1] > 0.0 else 0.0
-        return float(speeds[-1] + further * (slopes[-1] + curve * (further + ways[-1] - ways[-2])))
+        slopes = np.diff(speeds) / np.diff(distances)
+        curve = max(slopes[-1] - slopes[0], 0.0) / (distances[-1] - distances[0]) if slopes[-1] > 0.0 else 0.0
+        return float(speeds[-1] + further * (slopes[-1] + curve * (further + distances[-1] - distances[-2])))
 
 
 FAR = 1 / SIX_DIGITS  # motion beyond which a body slides away, relative to its scale and earlier slips

@@ -22,7 +22,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.units import units_of
 from shakedown.long_term.simulation import Simulation
-from shakedown.motion.event_history import EventHistory
+from shakedown.motion.event_history import EventHistory, recorded_path
 from shakedown.plot import paths, style
 from shakedown.plot.over_patch import pressure_over_patch
 from shakedown.plot.patch_places import in_space
@@ -246,7 +246,7 @@ def pressure(
             raise UsageError(f"cycles: expected one time (a picture of a patch), found {len(cycles)}")
         cycle = None if cycles is None else cycles[0]
         return pressure_over_patch(result, problem, cycle, patch=patch, ax=ax)
-    path = paths.path_of(result)
+    path = recorded_path(result)
     rows = _rows(path, cycles)
     values, label = paths.normal_reactions("normal reaction p", path.p[list(rows.values())], problem)
     return _along(problem, zip(rows, values, strict=True), label, ax)
@@ -267,7 +267,7 @@ def friction_use(result: Recorded, problem: Problem, *, cycles: Times = None, ax
     'use of friction q / f p [–]'
     """
     require_plane("picture", problem)
-    path = paths.path_of(result)
+    path = recorded_path(result)
     use = path.q / np.where(paths.pressed(problem, path), problem.law.limit(path.p), np.nan)
     lines = ((time, use[row]) for time, row in _rows(path, cycles).items())
     axes = _along(problem, lines, "use of friction q / f p [–]", ax)
@@ -319,7 +319,7 @@ def slip_range(result: Recorded, problem: Problem, *, ax: Axes | None = None) ->
     'slip range [mm]'
     """
     require_plane("picture", problem)
-    path = paths.path_of(result)
+    path = recorded_path(result)
     closed = (path.state != OPEN) | (path.w == 0.0)  # a node about to open is still in contact
     low = np.where(closed, path.v, np.inf).min(axis=0)
     high = np.where(closed, path.v, -np.inf).max(axis=0)

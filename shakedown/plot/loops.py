@@ -20,6 +20,7 @@ from shakedown.joint.units import units_of
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.long_term.simulation import Simulation
 from shakedown.long_term.state import LongTermState
+from shakedown.motion.event_history import recorded_path
 from shakedown.plot import paths, style
 from shakedown.plot.patch_places import in_space, require_space
 from shakedown.plot.paths import Recorded
@@ -95,7 +96,7 @@ def slip_orbits(result: Recorded, problem: Problem, *, nodes: Nodes = None, ax: 
     'slip v_x − middle'
     """
     require_space("picture of slip orbits", problem)
-    path, work = paths.path_of(result).refined(), paths.work_of_nodes(result)
+    path, work = recorded_path(result).refined(), paths.work_of_nodes(result)
     axes, v = axes_for(ax), problem.layout.by_node(path.v)
     for colour, node in _chosen(nodes, len(work), work):
         way = v[:, node] - 0.5 * (v[:, node].min(axis=0) + v[:, node].max(axis=0))
@@ -122,7 +123,7 @@ def reaction_orbits(
     'q_x / f p [–]'
     """
     require_space("picture of reaction orbits", problem)
-    path = paths.path_of(result).refined()
+    path = recorded_path(result).refined()
     axes, p = axes_for(ax), np.where(paths.pressed(problem, path), path.p, np.nan)
     rim = np.linspace(0.0, 2.0 * np.pi, 121)
     axes.plot(np.cos(rim), np.sin(rim), color=style.GREY, lw=1.0, label="limit |q| = f p")
@@ -164,7 +165,7 @@ def reactions_in_time(result: Recorded, problem: Problem, node: int = 0, *, ax: 
     'time [cycles]'
     """
     require_problem(problem)
-    (node,), path = paths.chosen_nodes([node], problem.n), paths.path_of(result).refined()
+    (node,), path = paths.chosen_nodes([node], problem.n), recorded_path(result).refined()
     limit = problem.law.limit(path.p)[:, node]
     q, lowest, name = path.q, -limit, "q"
     if in_space(problem):

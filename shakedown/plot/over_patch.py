@@ -15,6 +15,7 @@ from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.joint.constraints import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
+from shakedown.motion.event_history import recorded_path
 from shakedown.plot import paths, style
 from shakedown.plot.patch_places import Places, patch_axes, places_of
 from shakedown.plot.paths import Recorded
@@ -62,7 +63,7 @@ def pressure_over_patch(
     >>> plot.pressure_over_patch(shakedown.long_term_state(joint, 0.5), joint).get_ylabel()
     'normal reaction p'
     """
-    path = paths.path_of(result)
+    path = recorded_path(result)
     now, title = paths.at_instant(path, cycle)
     numbers = paths.normal_reactions("normal reaction p", np.vstack([now.p, path.p]), problem)
     return _coloured(problem, numbers, patch, ax, title)
@@ -157,7 +158,7 @@ def friction_use_at(
     >>> axes.get_legend().get_texts()[0].get_text()
     'limit |q| = f p'
     """
-    path, places = paths.path_of(result), places_of(problem, patch)
+    path, places = recorded_path(result), places_of(problem, patch)
     now, title = paths.at_instant(path, cycle, sheared=True)
     q, state = problem.layout.by_node(now.q)[0][places.nodes], now.state[0][places.nodes]
     axes, scale = patch_axes(places, ax, ROOM * places.spacing), 0.5 * LONGEST * places.spacing
@@ -194,7 +195,7 @@ def zones_at(
     't = 0 cycles: 4 stick, 0 slip, 0 open'
     """
     kinds = ((STICK, "stick", "s", style.BLUE), (SLIP, "slip", "o", style.RED), (OPEN, "open", "o", "none"))
-    now, title = paths.at_instant(paths.path_of(result), cycle, sheared=True)
+    now, title = paths.at_instant(recorded_path(result), cycle, sheared=True)
     places = places_of(problem, patch)
     state = np.abs(now.state[0])[places.nodes]
     axes = patch_axes(places, ax, ROOM * places.spacing)

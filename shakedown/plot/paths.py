@@ -14,11 +14,10 @@ from shakedown.joint.arguments import in_the_plane_only, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.units import units_of
-from shakedown.long_term.conjugate_displacement import WithPath
 from shakedown.long_term.state import LongTermState
-from shakedown.motion.event_history import EventHistory
+from shakedown.motion.event_history import EventHistory, recorded_path
 
-Recorded = WithPath | EventHistory
+Recorded = Any  # a path, or a result that has recorded one
 
 
 def of_kind(found: Result, kind: str) -> Any:
@@ -29,19 +28,11 @@ def of_kind(found: Result, kind: str) -> Any:
     return found
 
 
-def path_of(result: Recorded) -> EventHistory:
-    """The recorded events of a result; ``UsageError`` where there are none."""
-    history = result if isinstance(result, EventHistory) else getattr(result, "history", None)
-    if not isinstance(history, EventHistory) or len(history.cycle) == 0:
-        raise UsageError("result: expected recorded events (record=True, method 'event'), found none")
-    return history
-
-
 def path_in_the_plane(result: Recorded, problem: Problem | None) -> EventHistory:
-    """As :func:`path_of`, with or without its joint; ``UsageError`` where the joint is one in space."""
+    """As :func:`recorded_path`, with or without its joint; ``UsageError`` where the joint is one in space."""
     if problem is not None:
         require_plane("picture", problem)
-    path = path_of(result)
+    path = recorded_path(result)
     if path.v.shape != path.p.shape:
         raise UsageError(in_the_plane_only("picture"))
     return path
@@ -84,7 +75,7 @@ def extreme_rows(path: EventHistory) -> tuple[int, int, int]:
 
 def work_of_nodes(result: Recorded) -> FloatArray:
     """−∫ q dv in contact along a path, (n,) [force × length]: in space of a long-term state as integrated."""
-    path = path_of(result)
+    path = recorded_path(result)
     if isinstance(result, LongTermState) and result.period and path.v.shape != path.p.shape:
         return np.asarray(result.period * result.work_per_cycle)
     return np.asarray(_work_of_steps(path.refined()).sum(axis=0))
@@ -94,7 +85,7 @@ def slip_of_nodes(result: Recorded, problem: Problem) -> FloatArray:
     """Σ|Δv| in contact along a path, (n,) [length]."""
     if isinstance(result, LongTermState) and result.period:
         return np.asarray(result.slip_per_cycle)
-    return np.asarray(_slip_of_steps(path_of(result).refined(), problem).sum(axis=0))
+    return np.asarray(_slip_of_steps(recorded_path(result).refined(), problem).sum(axis=0))
 
 
 def so_far(state: LongTermState, cycles: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -19,9 +19,9 @@ from shakedown.joint.constraints import SIDE_NAMES, Constraints, Side, constrain
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.motion.course import EventKind
-from shakedown.motion.event_history import EventHistory
+from shakedown.motion.event_history import EventHistory, recorded_path
 from shakedown.plot import style
-from shakedown.plot.paths import Recorded, path_of
+from shakedown.plot.paths import Recorded
 from shakedown.plot.style import Style, axes_for, finished, style_of
 from shakedown.programs.simplex import corners
 
@@ -71,7 +71,7 @@ def slip_space(
     region = corners(rows.G, rows.g - load_factor * rows.d)  # empty where none is bounded with an interior
     if len(region):
         axes.add_patch(Polygon(region, closed=True, fc=style.GREEN, alpha=0.25, lw=0, label="safe region"))
-    paths = {name: path_of(result) for name, result in (results or {}).items()}
+    paths = {name: recorded_path(result) for name, result in (results or {}).items()}
     for k, (name, path) in enumerate(paths.items()):
         _draw_path(axes, path, style_of(name, k))
     last = None if len(region) else upper_bound(problem, certify=False)
@@ -160,7 +160,7 @@ def reaction_space(result: Recorded, problem: Problem, node: int = 0, *, ax: Axe
     require_plane("picture", problem)
     if not 0 <= node < problem.n:
         raise UsageError(f"node: expected a number from 0 to {problem.n - 1}, found {node}")
-    path, axes = path_of(result), axes_for(ax, (6.4, 5.2))
+    path, axes = recorded_path(result), axes_for(ax, (6.4, 5.2))
     force = loads_felt(problem, path, node)
     for state, colour in {0: style.BLACK, 1: style.RED, -1: style.BLUE, 2: style.PURPLE}.items():  # of states
         held = path.state[:-1, node] == state

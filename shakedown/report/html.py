@@ -27,15 +27,9 @@ from shakedown.joint.units import units_of
 from shakedown.long_term.conjugate_displacement import load_loops
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.event_history import EventHistory
+from shakedown.plot import patch_places
 from shakedown.plot.inline_svg import PANEL, SIDE_BY_SIDE, Drawing, Picture, picture
-from shakedown.plot.patch_places import (
-    can_be_turned,
-    in_space,
-    model_places,
-    patch_count,
-    patch_data,
-    places_of,
-)
+from shakedown.plot.patch_places import in_space
 from shakedown.plot.paths import extreme_rows, work_of_nodes
 from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
 from shakedown.report import run_facts
@@ -276,10 +270,10 @@ def state_pictures(v: Verification) -> list[Picture]:
 def contact_to_turn(v: Verification) -> dict[str, str] | None:
     """Data for the script of the view: a state in which nodes slip, or else that at λ = 1; and which."""
     pictured = cycling_state(v) or as_given_state(v)
-    if pictured is None or not can_be_turned(v.problem):
+    if pictured is None or not patch_places.can_be_turned(v.problem):
         return None
     name = at_lambda(pictured.state.load_factor)
-    return {"data": Markup(patch_data(pictured.state)), "which": pictured.which, "name": name}
+    return {"data": Markup(patch_places.patch_data(pictured.state)), "which": pictured.which, "name": name}
 
 
 def no_pictures(v: Verification) -> str:
@@ -287,7 +281,7 @@ def no_pictures(v: Verification) -> str:
     if v.as_given.simulation.long_term is None:
         return notes.stepped
     absent = notes.no_loops if as_given_state(v) is not None else notes.no_state
-    unplaced = in_space(v.problem) and model_places(v.problem) is None
+    unplaced = in_space(v.problem) and patch_places.model_places(v.problem) is None
     return f"{absent * (cycling_state(v) is None)} {notes.no_view * unplaced}".strip()
 
 
@@ -385,8 +379,8 @@ def _panels(problem: Problem, *draws: Callable[..., object]) -> list[Drawing]:
     if not in_space(problem):
         return [*map(Drawing, draws)]
     panels = []
-    for patch in range(min(patch_count(problem), EACH_SHOWN)):
-        places, (width, highest) = places_of(problem, patch), PANEL
+    for patch in range(min(patch_places.patch_count(problem), EACH_SHOWN)):
+        places, (width, highest) = patch_places.places_of(problem, patch), PANEL
         wide, high = np.ptp(places.points, axis=0) + places.spacing
         # inches: 1.3 of room about a patch for labels; 2.1 is the least height of a picture of one
         size = width, float(np.clip((width - 1.3) * high / wide + 1.3, 2.1, highest))
@@ -396,5 +390,5 @@ def _panels(problem: Problem, *draws: Callable[..., object]) -> list[Drawing]:
 
 def _left_out(problem: Problem) -> str:
     """A sentence on patches that are not drawn."""
-    count = patch_count(problem) if in_space(problem) else 0
+    count = patch_places.patch_count(problem) if in_space(problem) else 0
     return f" The {EACH_SHOWN} patches with the most nodes, of {count}." * (count > EACH_SHOWN)

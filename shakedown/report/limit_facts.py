@@ -214,7 +214,7 @@ def decided_by(found: Assessment) -> Iterator[Fact]:
         yield from _deciding_node(found)
     if found.verdict == LimitsVerdict.OPEN and limits.energy.status in (Status.INFEASIBLE, Status.UNDECIDED):
         yield Fact("no proof as", limits.energy.reason)
-    if problem.law.smooth.size:
+    if problem.law.frictionless.size:
         yield Fact("first slip", 0.0, rounding="down", note="without friction")
     elif 0.0 < slip.load_factor < inf and not upper.open_nodes:
         note = f"{data_facts.node_in_words(problem, slip.node)}, from this state"
@@ -338,7 +338,7 @@ def limits_table(limits: JointLimits, digits: int = FEW_DIGITS, *, simulated: bo
         [bound.symbol, _title(bound), text, _limited_by(bound, limits.problem), _computed(bound)]
         for bound, text in zip(known, texts, strict=True)
     ]
-    others = ", of the nodes with friction" * bool(limits.problem.law.smooth.size)
+    others = ", of the nodes with friction" * bool(limits.problem.law.frictionless.size)
     for name, onset in (("first slip", limits.first_slip), ("first opening", limits.first_opening)):
         where = onset.reason or (
             data_facts.node_in_words(limits.problem, onset.node) if onset.node >= 0 else ""

@@ -349,11 +349,13 @@ def banner_class(v: Verification) -> str:
     )
     if v.disagreements:
         return "disagree"
+    if run.separated:
+        return "open"
     if run.slides_away or run.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING):
-        return "open" if run.separated else "slips"
+        return "slips"
     exact = run.proved or run.long_term is not None  # at fixed load steps slow slip may look like none
     rests = run.outcome == Outcome.SHAKEDOWN and exact and len(v.open_questions) == elsewhere
-    return "agree" if rests and not run.separated else "open"
+    return "agree" if rests else "open"
 
 
 def state_facts(v: Verification) -> list[Fact]:

@@ -329,7 +329,7 @@ def refinement_sheet(problem: Problem, found: Refinement) -> Sheet:
         if known and asked.get(word, found.load_factor) is not None:
             trend = found.trends[word]
             values = [number(float(value)) for value in found.numbers[word][last]]
-            slowly = " slowly" * (trend.verdict == "converges" and trend.order < 0.75)  # 0.5 is the least
+            slowly = " slowly" * trend.is_slow
             about = [f"{trend.verdict}{slowly}", number(trend.limit), number(trend.order, 2)]
             rows.append([with_unit(name, of.get(word, "")), *values, *about])
     heads = ["", *(f"{count} nodes" for count in found.nodes[last]), "verdict", "limit", "order"]

@@ -318,8 +318,8 @@ def initial_state_map(
         check_slip_below(slip_below)
     target = None if path is None else check_target(path)
     pair = FIRST_TWO if coordinates is None else coordinates
-    patience = max_cycles, longest_period, tolerances
-    chosen = Sampling(problem, load_factor, sampler, states, seed, pair, reach, *patience)
+    search_limits = max_cycles, longest_period, tolerances
+    chosen = Sampling(problem, load_factor, sampler, states, seed, pair, reach, *search_limits)
     if found := chosen.missing_ball:
         at = f"at load factor {load_factor:g}"
         raise UsageError(f"sampler ball: expected a finite energy ball {at}, found {found}")
@@ -375,7 +375,7 @@ class MapPieces:
         if number:
             slips = chosen.slips((number - 1) * self.size, number * self.size)
         found = long_term_states(
-            chosen.problem, chosen.load_factor, slips, **chosen.patience, threads=self.threads
+            chosen.problem, chosen.load_factor, slips, **chosen.search_limits, threads=self.threads
         )
         columns: Arrays = {key: value for key, value in vars(found).items() if key != "load_factor"}
         if self.slip_ranges:

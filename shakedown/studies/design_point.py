@@ -26,8 +26,6 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.units import NO_LOADS, scaled_units
 from shakedown.models.importing.import_model import Import, import_model
 
-ProblemOf = Callable[..., Problem]
-
 # The quantity varied, and its unit.
 PARAMETERS = {"f": "1", "friction": "1", "amplitude": "1", "mean": "1", "phase": "periods"}
 FACTORS = ("friction", "amplitude", "mean")
@@ -175,7 +173,7 @@ class Variation:
         Names; of a function in the order of its arguments.
     """
 
-    joint: Problem | Import | ProblemOf
+    joint: Problem | Import | Callable[..., Problem]
     parameters: tuple[str, ...]
 
     def __reduce__(self) -> tuple[Callable[..., "Variation"], tuple[object, tuple[str, ...]]]:
@@ -233,7 +231,7 @@ def _imported(path: str, parameters: tuple[str, ...]) -> Variation:
 
 
 def checked_variation(
-    joint: Problem | Import | ProblemOf, vary: Mapping[str, ArrayLike]
+    joint: Problem | Import | Callable[..., Problem], vary: Mapping[str, ArrayLike]
 ) -> tuple[Variation, tuple[FloatArray, ...]]:
     """The joint with its parameters, and their values; ``UsageError`` where they make no grid."""
     if not 1 <= len(vary) <= 2 or not all(isinstance(name, str) for name in vary):

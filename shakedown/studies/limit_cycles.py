@@ -153,8 +153,8 @@ def limit_cycles(sampling: Sampling, columns: Columns) -> tuple[LimitCycle, ...]
             # states of a kind with a limit cycle of their own; the others then count as a continuum
             if not len(rows) or len(rest) == 2:
                 break
-            one = _example(sampling, columns, rows[0])
-            here = np.abs(_from_nearest(columns["final_slip"][rows], one[1])).max(axis=1) <= same
+            _, places, _ = one = _example(sampling, columns, rows[0])
+            here = np.abs(_from_nearest(columns["final_slip"][rows], places)).max(axis=1) <= same
             here[0] = True
             if np.count_nonzero(here) > 1:
                 found.append(_counted(sampling, columns, kind, one, rows[here], alone=True))

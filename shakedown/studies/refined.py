@@ -63,6 +63,11 @@ class Trend(NamedTuple):
     limit: float = nan
     order: float = nan
 
+    @property
+    def is_slow(self) -> bool:
+        """Whether it converges, at an order near the least."""
+        return self.verdict == CONVERGES and self.order < 1.5 * SLOWEST
+
 
 def trend(size: FloatArray, values: FloatArray) -> Trend:
     """What numbers do as the element size falls, (k,) both; the last three are looked at.

@@ -178,7 +178,7 @@ class Sampling:
         return f"radius {self.ball.radius:g} ({self.ball.reason})"
 
     @property
-    def patience(self) -> dict[str, Any]:
+    def search_limits(self) -> dict[str, Any]:
         """The arguments of :func:`long_term_state` that say how long it searches, and what decides."""
         return {
             "max_cycles": self.max_cycles,
@@ -188,7 +188,7 @@ class Sampling:
 
     def state(self, slip: FloatArray) -> LongTermState:
         """The long-term state from one initial slip."""
-        return long_term_state(self.problem, self.load_factor, np.asarray(slip), **self.patience)
+        return long_term_state(self.problem, self.load_factor, np.asarray(slip), **self.search_limits)
 
     def slips(self, start: int, stop: int) -> FloatArray:
         """The initial slips of the sampled states start … stop − 1, (stop − start, dn) [length]."""

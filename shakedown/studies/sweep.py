@@ -1,6 +1,6 @@
 """The limits of the load factor over one or two parameters of a joint, and the regions between them."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -27,15 +27,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result, frame
 from shakedown.long_term.simulation import check_slip_below
 from shakedown.models.importing.import_model import Import
-from shakedown.studies.design_point import (
-    FACTORS,
-    ProblemOf,
-    Record,
-    Variation,
-    checked_variation,
-    design_point,
-    no_point,
-)
+from shakedown.studies.design_point import FACTORS, Variation, checked_variation, design_point, no_point
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -119,7 +111,7 @@ class Sweep(Result):
     units: tuple[str, ...]
     values: tuple[FloatArray, ...]
     bounds: tuple[str, ...]
-    points: tuple[Record, ...] = field(repr=False)
+    points: tuple[dict[str, Any], ...] = field(repr=False)
 
     def __repr__(self) -> str:
         grid = " x ".join(
@@ -298,7 +290,7 @@ class Sweep(Result):
         yield "open_nodes", "", [" ".join(map(str, point["open_nodes"])) for point in points]
         yield "remark", "", ["; ".join(self._remarks(point)) for point in points]
 
-    def _remarks(self, point: Record) -> Iterator[str]:
+    def _remarks(self, point: dict[str, Any]) -> Iterator[str]:
         """Remarks on a point besides its numbers."""
         if point["reason"]:
             yield point["reason"]
@@ -311,7 +303,7 @@ class Sweep(Result):
 
 @checked
 def sweep(
-    joint: Problem | Import | ProblemOf,
+    joint: Problem | Import | Callable[..., Problem],
     vary: Mapping[str, ArrayLike],
     *,
     bounds: Sequence[str] | None = None,

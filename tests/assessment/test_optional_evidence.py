@@ -11,8 +11,8 @@ from shakedown.ground.errors import SolverError
 
 WHY = "made to fail"
 CERTIFICATES = [
-    "bounds.largest_load_factor.certified_upper",
-    "bounds.lower.certified_lower",
+    "bounds.certificate.certified_upper",
+    "bounds.certificate.certified_lower",
     "bounds.energy.energy_bound._certificate",
 ]
 OF_SOLVE = [*CERTIFICATES, "bounds.friction_thresholds.wedging_threshold"]

@@ -114,7 +114,7 @@ def test_work_that_kills_its_workers_is_given_up_in_words(cluster, monkeypatch):
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense"])
 def test_nobody_there_is_said_in_one_line(monkeypatch, address):
     pytest.importorskip("distributed")
-    monkeypatch.setattr(module, "PATIENCE", 0.5)
+    monkeypatch.setattr(module, "TIMEOUT", 0.5)
     with pytest.raises(UsageError, match=f"dask scheduler at {address}"):
         opened(address)
 

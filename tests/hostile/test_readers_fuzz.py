@@ -25,7 +25,7 @@ from shakedown.models.readers.abaqus import read_nodal_loads, read_substructure_
 from shakedown.models.readers.formats import formats, read_any_mesh, read_stiffness
 from shakedown.models.readers.mapped_matrices import read_row_map
 from shakedown.models.readers.nastran import pyyeti_module, read_analysis_set, read_op4_entries
-from shakedown.models.readers.text import read_table
+from shakedown.models.readers.parsing import read_table
 from shakedown.models.readers.toml_table import read_toml
 
 SECONDS = float(os.environ.get("SHAKEDOWN_FUZZ_SECONDS", "0"))

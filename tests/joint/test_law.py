@@ -110,10 +110,10 @@ def test_the_cone_holds_the_reactions_that_the_law_allows(d):
     inside = s.min(axis=-1) >= 0 if d == 1 else np.linalg.norm(s[..., 1:], axis=-1) <= s[..., 0]
     np.testing.assert_array_equal(inside, law.excess(q, p) <= 0)
     np.testing.assert_array_equal(rows[:, law.rows * N :], p[:, law.f == 0.0])  # no limit says p >= 0 there
-    np.testing.assert_array_equal(law.against(q, p), -law.cone(q, p))
+    np.testing.assert_array_equal(law.load_terms(q, p), -law.cone(q, p))
     rng = np.random.default_rng(5)
     A, B, v = rng.normal(size=(d * N, d * N)), rng.normal(size=(N, d * N)), rng.normal(size=d * N)
-    np.testing.assert_allclose(law.stiffness(A, B) @ v, law.against(A @ v, B @ v), atol=1e-13)
+    np.testing.assert_allclose(law.stiffness(A, B) @ v, law.load_terms(A @ v, B @ v), atol=1e-13)
 
 
 @pytest.mark.parametrize("d", [1, 2])

@@ -19,7 +19,7 @@ def settled(
     motion = Evolution(problem, load_factor, start)
     length = motion.scale.length
     rules = SearchRules(1000, 8, 1e-10 * length, np.ones(problem.n))
-    return SteadySearch(motion, MotionStart.of(motion), rules).settle()
+    return SteadySearch(motion, MotionStart.of(motion), rules).run()
 
 
 @pytest.mark.parametrize("name", ["two-node", "three-node", "block-9", "press-fit", "uncoupled"])

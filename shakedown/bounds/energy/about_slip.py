@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from shakedown.bounds.energy.ball_limits import BallLimits, cleaned
-from shakedown.ground.constants import CONE, SETTLED, FloatArray
+from shakedown.ground.constants import CONE, CONVERGED, FloatArray
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.program import power_of_two
 
@@ -104,7 +104,7 @@ class LimitsAbout:
     @property
     def _knows_radius(self) -> bool:
         """Whether any limit depends on the radius by more than round-off."""
-        return bool(self.s.max(initial=0.0) > SETTLED)
+        return bool(self.s.max(initial=0.0) > CONVERGED)
 
     @cached_property
     def unit_of_radius(self) -> float:

@@ -399,7 +399,7 @@ def _discs(problem: Problem, metric: EnergyMetric, transient: bool, tolerances: 
     # those that matter whatever the share: f |c| < 1, and so a < √2
     extreme_steps = Law(law.f / np.sqrt(2.0), 2).extreme_steps
     node, step = extreme_steps(loop.q1, loop.p1)
-    d = law.of_nodes(law.against(loop.q1, loop.p1))[step, node]
+    d = law.of_nodes(law.load_terms(loop.q1, loop.p1))[step, node]
     g = law.of_nodes(law.cone(loop.q0, loop.p0))[node]
     if transient:
         before = transient_path(problem)
@@ -468,9 +468,9 @@ def without_margin(zone: Zone, limits: BallLimits) -> str:
     A frictionless node has no margin, and a pressure that changes under a slip that
     costs no energy has no bound within any ball.
     """
-    smooth = limits.closed[zone.joint.f == 0.0]
-    if smooth.size:
-        return f"node {smooth[0]} has no friction, and so no margin to a limit"
+    frictionless = limits.closed[zone.joint.f == 0.0]
+    if frictionless.size:
+        return f"node {frictionless[0]} has no friction, and so no margin to a limit"
     unbounded = np.flatnonzero(np.isinf(limits.spread))
     if unbounded.size:
         first = unbounded[0]

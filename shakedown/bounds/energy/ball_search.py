@@ -13,13 +13,13 @@ from shakedown.bounds.energy.ball_limits import BallLimits, Places
 from shakedown.bounds.scaled_solution import polished
 from shakedown.ground.constants import (
     ALTERNATIONS,
+    CONVERGED,
     FOUR_DIGITS,
     HALVINGS,
     ITERATIONS,
     MINOR,
     NEGLIGIBLE,
     ROUND_OFF,
-    SETTLED,
     SIX_DIGITS,
     FloatArray,
 )
@@ -79,7 +79,7 @@ class FoundBall:
         return _weights(self.program, self.about, self.solution.multipliers)
 
     @property
-    def carrying(self) -> Places:
+    def active(self) -> Places:
         """The discs and rows that the proof rests on."""
         least = NEGLIGIBLE if self.status == Status.OPTIMAL else SIX_DIGITS  # else they are not polished
         return np.flatnonzero(self.weights > least * self.weights.max(initial=0.0))
@@ -88,7 +88,7 @@ class FoundBall:
     def multipliers(self) -> FloatArray:
         """In the units of the limits, of λ they add up to 1: of all rows, or of the discs that carry."""
         multipliers = self.every_multiplier
-        return multipliers[self.carrying] if len(self.about.base.node) else multipliers
+        return multipliers[self.active] if len(self.about.base.node) else multipliers
 
     @property
     def every_multiplier(self) -> FloatArray:
@@ -431,6 +431,6 @@ def _last_zero(u: FloatArray, d: FloatArray) -> float:
         if step == inf:
             break
         load += step
-        if abs(step) <= SETTLED * abs(load):
+        if abs(step) <= CONVERGED * abs(load):
             break
     return load

@@ -393,7 +393,7 @@ def _ball(
     most = float(np.min(slack[spread > 0] / spread[spread > 0]))  # what the limits allow in floats
     wedged = "the centre may move away without end, and the radius grows with it: this is one ball of many"
     reason, radius = wedged if found.status == Status.UNBOUNDED else "", max(0.0, min(found.radius, most))
-    active = found.limits.names(found.carrying)
+    active = found.limits.names(found.active)
     return result(found.limits, found.status, reason, found.slip, radius, active)
 
 

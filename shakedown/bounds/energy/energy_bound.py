@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.bounds.bound_result import Bound
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO, exact_numbers
+from shakedown.bounds.energy import energy_ball
 from shakedown.bounds.energy.ball_limits import (
     BallLimits,
     ball_limits,
@@ -20,17 +21,9 @@ from shakedown.bounds.energy.ball_limits import (
     without_margin,
 )
 from shakedown.bounds.energy.ball_search import FoundBall, ball_margin, largest_load_factor, least_load
-from shakedown.bounds.energy.energy_ball import (
-    NO_SLACK,
-    TOO_FAR,
-    BallEvidence,
-    EnergyCertificate,
-    closed_radius,
-    leaves_margins,
-    no_bound,
-)
+from shakedown.bounds.energy.energy_ball import BallEvidence, EnergyCertificate, closed_radius, no_bound
 from shakedown.bounds.largest_load_factor import chosen_zone
-from shakedown.ground.constants import NEGLIGIBLE, SETTLED, THREE_DIGITS, FloatArray
+from shakedown.ground.constants import CONVERGED, NEGLIGIBLE, THREE_DIGITS, FloatArray
 from shakedown.ground.errors import Missing, UsageError, attempt
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -264,24 +257,25 @@ def _largest(
         left = found.contradiction
         if left > tolerances.feasibility:
             return nothing("the limits contradict each other, but no multipliers prove it", Status.UNDECIDED)
-        return nothing(TOO_FAR, active=limits.names(found.carrying), residual=left)
+        return nothing(energy_ball.TOO_FAR, active=limits.names(found.active), residual=left)
     growing = found.status == Status.UNBOUNDED
     if growing and not ball_margin(limits, start, distance)[-1] > tolerances.feasibility:
-        return nothing(TOO_FAR)  # a direction of growth, but nothing to start from
+        return nothing(energy_ball.TOO_FAR)  # a direction of growth, but nothing to start from
     falling = _is_centred(zone.joint) or limits.hold_below
     least = 0.0 if falling else least_load(limits, start, distance)
     if growing:
         reason = "the ball about some safe slip holds the initial slip at every load factor"
         return nothing(reason, Status.UNBOUNDED, load_factor=inf, least_load_factor=least)
-    if not leaves_margins(limits, found.slip, 0.5 * (least + found.value), tolerances):
-        return nothing(NO_SLACK)
+    if not energy_ball.leaves_margins(limits, found.slip, 0.5 * (least + found.value), tolerances):
+        return nothing(energy_ball.NO_SLACK)
     return _optimal(found, start, distance, least)
 
 
 def _optimal(found: FoundBall, start: FloatArray, distance: float, least: float) -> Bound:
     limits = found.limits
     load_factor = max(found.value, 0.0)
-    uncertain = SETTLED * float(found.every_multiplier @ limits.sizes(found.slip, load_factor, found.radius))
+    sizes = limits.sizes(found.slip, load_factor, found.radius)
+    uncertain = CONVERGED * float(found.every_multiplier @ sizes)
     if uncertain > NEGLIGIBLE * load_factor:  # digits are lost beside the constant load: rounded down by all
         load_factor = max(load_factor - uncertain, 0.0)
     return Bound(
@@ -292,7 +286,7 @@ def _optimal(found: FoundBall, start: FloatArray, distance: float, least: float)
             found.radius * limits.metric.unit, start, distance, found.gap, share=limits.share
         ),
         slip=found.slip,
-        active=limits.names(found.carrying),
+        active=limits.names(found.active),
         multipliers=found.multipliers,
         residual=limits.residual(found.slip, load_factor, found.radius),
         least_load_factor=least,
@@ -326,10 +320,10 @@ class ExactBall:
         self._means = _means(problem)
         loop = loading(problem)
         self._moving = problem.layout.joined(*((part != 0).any(axis=0) for part in (loop.q1, loop.p1)))
-        smooth = bool((problem.f == 0.0).any())
-        c = np.zeros((0, 1, self._d)) if smooth else self._shares(share)
+        free = bool((problem.f == 0.0).any())
+        c = np.zeros((0, 1, self._d)) if free else self._shares(share)
         self._stretch = 1 + self._f[: len(c)] ** 2 * (c[:, 0] ** 2).sum(axis=1)
-        gamma = None if smooth or (self._d > 1 and max(self._stretch) >= 2) else _gamma_squares(problem, c)
+        gamma = None if free or (self._d > 1 and max(self._stretch) >= 2) else _gamma_squares(problem, c)
         self.regular = gamma is not None
         self._spread = np.zeros((0, 1)) if gamma is None else gamma * self._f[:, None] ** 2
 

@@ -9,13 +9,8 @@ import numpy as np
 
 from shakedown.bounds.coupling import Uniqueness, least_of_sums
 from shakedown.bounds.disc_rows import DiscRows
-from shakedown.bounds.every_state.least_pressures import (
-    LeastPressures,
-    ScaledJoint,
-    SlipCurves,
-    pressures_of_floating,
-    slip_curves,
-)
+from shakedown.bounds.every_state import least_pressures
+from shakedown.bounds.every_state.least_pressures import LeastPressures, ScaledJoint, SlipCurves
 from shakedown.bounds.largest_load_factor import largest_load_factor
 from shakedown.ground.constants import EPS, NEGLIGIBLE, ROUND_OFF, SIX_DIGITS, FloatArray, Mask
 from shakedown.ground.status import Status
@@ -326,7 +321,7 @@ def floating_reach(
     SolverError
         If a program ends without an answer.
     """
-    limits = FloatingLimits(joint, least, slip_curves(joint, least))
+    limits = FloatingLimits(joint, least, least_pressures.slip_curves(joint, least))
     rows = limits.rows()
     # under the mean load, of one load step of every node, the share of friction that is left varies
     one = np.unique(rows.node, return_index=True)[1]
@@ -362,7 +357,7 @@ def bounds_at(joint: ScaledJoint, pressures: LeastPressures, load_factor: float)
 def _without_jumps(limits: FloatingLimits, reach: Reach) -> Reach:
     """The load up to which motions are proved to continue without a jump, from the mean load on."""
     joint = limits.joint
-    rates, most = rigid_rates(joint), pressures_of_floating(joint, sign=-1.0)
+    rates, most = rigid_rates(joint), least_pressures.pressures_of_floating(joint, sign=-1.0)
     low = reach._replace(load_factor=0.0, reactions=reach.mean_reactions, node=-1, limited_by="rates")
     if not most.proved.all():
         return low

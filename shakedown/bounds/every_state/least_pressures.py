@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from shakedown.ground.constants import (
     ALTERNATIONS,
+    CONVERGED,
     EPS,
     ERROR_FACTOR,
     ITERATIONS,
     NEGLIGIBLE,
     NEWTON_ROUNDS,
     ROUND_OFF,
-    SETTLED,
     SWEEPS,
     THREE_DIGITS,
     FloatArray,
@@ -229,7 +229,7 @@ def least_pressures(
 ) -> LeastPressures:
     """Solve A Y + (f B)ᵀ|Y| = B_iᵀ for all nodes at once, and bound what round-off leaves.
 
-    Y ← A⁻¹ (B_iᵀ − (f B)ᵀ|Y|), one product of matrices for all; where that does not settle, Newton's
+    Y ← A⁻¹ (B_iᵀ − (f B)ᵀ|Y|), one product of matrices for all; where that does not converge, Newton's
     method. ``joint.A`` must be regular in the slips that are not pinned. Of a floating body Y is known up
     to rigid slips: it is zero at the pinned slips, to which ``rigid`` (n, dn), rigid slips, is added.
     """
@@ -238,8 +238,8 @@ def least_pressures(
     sizes = np.abs(y).max(axis=1, initial=0.0) + np.abs(given.rigid).max(axis=1, initial=0.0)
     excess = ROUND_OFF * max(1.0, joint.n / 4) * sizes  # of the weights of friction limits over multipliers
     for _ in range(TRIES):
-        y, settled = _swept(given, excess, y)
-        for i in np.flatnonzero(~settled).tolist():
+        y, converged = _swept(given, excess, y)
+        for i in np.flatnonzero(~converged).tolist():
             y[i] = _by_newton(given, i, excess[i], y[i])
         found = _solved(given, given.sizes(y, np.arange(joint.n)) + excess[:, None])
         if found.proved.all():
@@ -249,7 +249,7 @@ def least_pressures(
 
 
 def _swept(given: _Equations, excess: FloatArray, start: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """The multipliers as far as sweeps bring them, and which of them have settled."""
+    """The multipliers as far as sweeps bring them, and which of them have converged."""
     y, own = start.copy(), given.sign * given.joint.pressures_by_forces
     fB = given.joint.f[:, None] * given.joint.pressures_by_forces  # f B A⁻¹
     every = going = np.arange(len(y))
@@ -259,7 +259,7 @@ def _swept(given: _Equations, excess: FloatArray, start: FloatArray) -> tuple[Fl
         change = np.abs(new - y[going]).max(axis=1, initial=0.0)
         y[going] = new
         largest = np.abs(new).max(axis=1, initial=0.0)
-        more = (change > SETTLED * np.maximum(size[going], largest)) & (largest <= 1e6 * size[going])
+        more = (change > CONVERGED * np.maximum(size[going], largest)) & (largest <= 1e6 * size[going])
         if not more.any():
             break
         going = going[more]

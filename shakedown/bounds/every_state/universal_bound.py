@@ -8,18 +8,9 @@ import numpy as np
 
 from shakedown.bounds.bound_result import Bound, Evidence
 from shakedown.bounds.coupling import Uniqueness
+from shakedown.bounds.every_state import least_pressures
 from shakedown.bounds.every_state.bound_of_floating import Reach, floating_reach, unique_rates
-from shakedown.bounds.every_state.least_pressures import (
-    LeastPressures,
-    NodeLoads,
-    ScaledJoint,
-    SlipCurves,
-    least_pressures,
-    pressures_of_floating,
-    reaction_centres,
-    scaled_joint,
-    slip_curves,
-)
+from shakedown.bounds.every_state.least_pressures import LeastPressures, NodeLoads, ScaledJoint, SlipCurves
 from shakedown.bounds.lower import lower_bound
 from shakedown.bounds.proof_status import Argument
 from shakedown.bounds.scaled_solution import safe_under_mean_load
@@ -101,12 +92,13 @@ def least_pressure_bound(problem: Problem, *, unique: bool = False) -> LeastPres
     >>> round(bound.load_factor, 7), bound.node
     (0.6035788, 1)
     """
-    joint = scaled_joint(problem)
+    joint = least_pressures.scaled_joint(problem)
     nowhere = np.full(len(joint.q0), nan)
     found = LeastPressureBound(np.full(joint.n, nan), nowhere, nowhere, joint.floats)
     if not joint.held or (joint.floats and (joint.f == 0).any()):
         return found
-    least = pressures_of_floating(joint) if joint.floats else least_pressures(joint)
+    found_by = least_pressures.pressures_of_floating if joint.floats else least_pressures.least_pressures
+    least = found_by(joint)
     pressures = least.at(joint, joint.q0[None], joint.p0[None])[0]
     found = replace(found, pressures=np.where(least.proved, pressures, nan) / joint.lengths)
     if not (pressures > 0).all():
@@ -151,10 +143,10 @@ def _of_held(joint: ScaledJoint, least: LeastPressures, pressures: FloatArray, l
     path, growing = joint.law.layout.by_node(joint.q1), least.at(joint, joint.q1, joint.p1)
     inverse, centre = np.where(path.any(axis=(0, 2)), inf, lift_off), np.zeros((joint.n, joint.d))
     rough = np.flatnonzero(joint.f > 0)
-    f, curves = joint.f[rough], slip_curves(joint, least)
+    f, curves = joint.f[rough], least_pressures.slip_curves(joint, least)
     curves = SlipCurves(curves.size[rough], curves.lean[rough], curves.loose[rough])
     loops = NodeLoads(curves, path[:, rough], f * growing[:, rough], f * pressures[rough])
-    inverse[rough], centre[rough] = reaction_centres(loops)
+    inverse[rough], centre[rough] = least_pressures.reaction_centres(loops)
     node, load_factor, nowhere = int(inverse.argmax()), _load_factor(inverse.max()), np.full(centre.size, nan)
     lifts = inverse[node] > 0.0 and lift_off[node] >= (1.0 - NEGLIGIBLE) * inverse[node]
     z = load_factor * centre.ravel() - joint.q0 if load_factor < inf else nowhere
@@ -279,7 +271,7 @@ def universal_bound(
         "universal", Status.OPTIMAL, 0.0, EveryState(-1, "none", "uniqueness", nan, nan, transient)
     )
     if problem.directions == 2:
-        unique = unique_rates(scaled_joint(problem))
+        unique = unique_rates(least_pressures.scaled_joint(problem))
         return _by_least_pressures(problem, nothing, None, unique, tolerances)
     lower = lower_bound(problem, tolerances=tolerances) if first_collapse is None else first_collapse
     nothing = nothing.but(first_collapse=lower.load_factor)

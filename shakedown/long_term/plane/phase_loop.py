@@ -7,14 +7,7 @@ import numpy as np
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.named_state import call_at, entered, inner
 from shakedown.ground.status import BACKWARD_SLIP, STICK
-from shakedown.long_term.plane.period_map import (
-    begin_map,
-    displace,
-    distance_to_limit,
-    double_leap,
-    end_map,
-    find_limit,
-)
+from shakedown.long_term.plane import period_map
 from shakedown.long_term.plane.search import PlaneSearch, begin_check, broken_law, check_rows, end_check
 from shakedown.motion.course import CALL_OPERATIONS, LoopEnd
 from shakedown.motion.plane.active_set import add_product, factorize, larger
@@ -29,7 +22,7 @@ Instruction = IntEnum("Instruction", "ANEW FROM_HERE RATES JUMP STOPPED LEAVES L
 
 
 @entered
-def settle(se, starts, answers, effort, follow):  # type: ignore[no-untyped-def]
+def run_searches(se, starts, answers, effort, follow):  # type: ignore[no-untyped-def]
     """Answer for one initial slip (s, n) after the other; only the first search may have been begun.
 
     DONE, or PAUSED after so much work, or why Python is asked: LIMIT_WANTED, SINGULAR, or what
@@ -53,7 +46,7 @@ def settle(se, starts, answers, effort, follow):  # type: ignore[no-untyped-def]
 
 @inner
 def continue_search(se: PlaneSearch, follow: int, effort: int) -> int:
-    """Go on with the present search until it is DONE; else as :func:`settle`."""
+    """Go on with the present search until it is DONE; else as :func:`run_searches`."""
     se.spent = 0
     while se.verdict == Verdict.SEARCHING:
         if not se.placed and not place_state(se):
@@ -69,7 +62,7 @@ def continue_search(se: PlaneSearch, follow: int, effort: int) -> int:
             if status not in (LoopEnd.DONE, LoopEnd.PAUSED, LoopEnd.RECORD_FULL):
                 return status
             after_call(se, run, status)
-        elif se.phase == Phase.LIMIT and not find_limit(se.map):
+        elif se.phase == Phase.LIMIT and not period_map.find_limit(se.map):
             return LoopEnd.LIMIT_WANTED
         else:
             choose_phase(se)
@@ -204,7 +197,7 @@ def begin_search(se: PlaneSearch, start: FloatArray) -> None:
         path[i] = -locked[i]
         path[n + i] = abs(path[m + n + i] + locked[n + i]) - locked[n + i]
     for course in (se.first.course, se.cyclic.course, se.recorded.course):
-        course.force, course.settled = se.limit * force, se.rounding * force
+        course.force, course.residual = se.limit * force, se.rounding * force
     begin_walk(se)
     se.placed = False
 
@@ -213,7 +206,7 @@ def begin_search(se: PlaneSearch, start: FloatArray) -> None:
 def begin_walk(se: PlaneSearch) -> None:
     """Begin before any cycle is followed."""
     se.first.motion.parameters = 0
-    se.cycles, se.events, se.remembered, se.signed, se.patience, se.resumed = 0, 0, 0, 0, 0, False
+    se.cycles, se.events, se.remembered, se.signed, se.wait, se.resumed = 0, 0, 0, 0, 0, False
     se.phase, se.verdict, se.placed, se.from_limit = Phase.WALK, Verdict.SEARCHING, True, False
 
 
@@ -322,13 +315,13 @@ def admissible(se: PlaneSearch, u: FloatArray) -> bool:
 @inner
 def look_for_repeats(se: PlaneSearch) -> None:
     """Where the sequence of contact states repeats, follow one more period with its derivative."""
-    se.patience -= 1
+    se.wait -= 1
     se.phase = Phase.WALK
-    if se.patience > 0:
+    if se.wait > 0:
         return
     for period in range(1, se.longest_period + 1):
         if sequence_repeats(se, period):
-            begin_map(se.map, se.first.active, se.first.motion)
+            period_map.begin_map(se.map, se.first.active, se.first.motion)
             se.phase, se.period, se.done, se.jumps = Phase.MAP, period, 0, 0
             return
 
@@ -364,7 +357,7 @@ def after_map(se: PlaneSearch) -> None:
             se.phase = Phase.WALK
     for j in range(2 * act.n):
         se.reached[j] = mo.u[j]
-    end_map(se.map, mo)
+    period_map.end_map(se.map, mo)
 
 
 # Leaps along the affine map of a period to its limit.
@@ -386,13 +379,13 @@ def next_leap(se: PlaneSearch) -> None:
     if se.leaps == 60:  # each twice as far as the one before
         return
     se.leaps += 1
-    near = pm.decaying and distance_to_limit(pm, se.leap, se.weight) <= 1e3 * se.check.near
+    near = pm.decaying and period_map.distance_to_limit(pm, se.leap, se.weight) <= 1e3 * se.check.near
     if near:
-        displace(pm, pm.limit, se.goal)
+        period_map.displace(pm, pm.limit, se.goal)
     else:
-        double_leap(pm)
+        period_map.double_leap(pm)
         se.leap *= 2.0
-        displace(pm, pm.change, se.goal)
+        period_map.displace(pm, pm.change, se.goal)
     if admissible(se, se.goal):
         se.phase = Phase.CONFIRM if near else Phase.LEAP
         se.from_limit, se.contraction = True, pm.contraction ** (1.0 / se.period)
@@ -418,7 +411,7 @@ def leave_leaps(se: PlaneSearch) -> None:
     """Continue cycle by cycle from the last state found to pass through the sequence."""
     for j in range(2 * se.first.active.n):
         se.goal[j] = se.reached[j]
-    se.remembered, se.signed, se.patience, se.phase, se.placed = 0, 0, 2, Phase.WALK, False
+    se.remembered, se.signed, se.wait, se.phase, se.placed = 0, 0, 2, Phase.WALK, False
     remember(se, se.goal)
 
 

@@ -247,7 +247,7 @@ class PlaneSearch(NamedState):
         Whether it is a limit that is to be confirmed.
     period, done
         Cycles of the period, and of these followed in the present phase.
-    cycles, remembered, signed, patience, leaps
+    cycles, remembered, signed, wait, leaps
         Cycles followed; states in ``past``; entries of ``signatures``; cycles to wait before the
         next map; leaps tried.
     leap
@@ -300,7 +300,7 @@ class PlaneSearch(NamedState):
     cycles: int
     remembered: int
     signed: int
-    patience: int
+    wait: int
     leaps: int
     leap: float
     signature: Hash
@@ -325,7 +325,7 @@ class PlaneSearch(NamedState):
     blurred: bool
 
 
-def search(
+def plane_search(
     runs: tuple[PlaneRun, PlaneRun, PlaneRun],
     pm: PeriodMap,
     check: PathCheck,

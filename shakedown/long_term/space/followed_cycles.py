@@ -273,10 +273,10 @@ class Decay:
             return 0.0
         gone = now.state - before.state
         apart = (measure.without_rigid(each) for each in (gone, before.change, now.change))
-        way, first, last = (layout.ways(each) for each in apart)
+        way, first, last = (layout.slip_distances(each) for each in apart)
         fallen = np.maximum(first - last, NEGLIGIBLE * last)
         own = np.divide(way * last, fallen, out=np.zeros_like(way), where=last > 0.0)
-        as_all = (way if drifts else layout.ways(gone)) * now.size / (before.size - now.size)
+        as_all = (way if drifts else layout.slip_distances(gone)) * now.size / (before.size - now.size)
         return float(np.maximum(own, as_all).max())
 
 
@@ -460,13 +460,13 @@ def drift_goes_on(
     same = np.abs(now.change - before).max() <= SIX_DIGITS * last + known
     stays = 2.0 * np.linalg.norm(left) >= np.linalg.norm(now.drift)
     of_all = bool(stays and last > known and same and measure.is_rigid(now.change))
-    kappa, rigid, ways = free_stiffness(cycles.motion.problem), measure.rigid, layout.ways
+    kappa, rigid, sizes = free_stiffness(cycles.motion.problem), measure.rigid, layout.slip_distances
     drift = rigid @ now.drift
-    size = ways(drift)
+    size = sizes(drift)
     counts = size > np.maximum(np.maximum(SIX_DIGITS * now.slip, none), known)
-    same_of_nodes = ways(drift - rigid @ (rigid.T @ before)) <= SIX_DIGITS * size + known
-    free = ways(kappa @ now.change) <= THREE_DIGITS * ways(np.abs(kappa) @ np.abs(now.change))
-    stay = 2.0 * ways(rigid @ left) >= size
+    same_of_nodes = sizes(drift - rigid @ (rigid.T @ before)) <= SIX_DIGITS * size + known
+    free = sizes(kappa @ now.change) <= THREE_DIGITS * sizes(np.abs(kappa) @ np.abs(now.change))
+    stay = 2.0 * sizes(rigid @ left) >= size
     return bool((counts & stay & same_of_nodes & free).any()), of_all
 
 

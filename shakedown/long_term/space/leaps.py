@@ -525,7 +525,7 @@ class SlopeLeaps:
     def _polynomial(
         self, local: LocalMap, periods: int, earlier: Samples
     ) -> tuple[FloatArray, FloatArray | None] | None:
-        """The remainder on the way so many periods ahead, sampled in sweeps; None where it does not settle.
+        """The remainder on the way so many periods ahead, sampled in sweeps; None where it does not converge.
 
         Where no contact state changes on it, as far as is seen, and enough lies before it to predict it, also
         by how much that has predicted another end, (k,) [length].
@@ -543,8 +543,8 @@ class SlopeLeaps:
             off.append(local.size(end - before) / size)
             if not off[-1] <= self.BENT:  # what lies before misleads, unless something begins or ends to slip
                 return self._polynomial(local, periods, earlier.first(0)) if smooth else None
-            settled = off[-1] <= MINOR * self._allowed(local.start, size, local.measure)
-            if settled or off[-1] > self.SHRINKS * off[-3]:
+            converged = off[-1] <= MINOR * self._allowed(local.start, size, local.measure)
+            if converged or off[-1] > self.SHRINKS * off[-3]:
                 break
         if not off[-1] <= self.SURE:
             return None

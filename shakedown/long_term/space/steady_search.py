@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.bounds.every_state.universal_bound import universal_bound
 from shakedown.ground.constants import (
     DISTINCT,
     ERROR_FACTOR,
@@ -24,42 +23,20 @@ from shakedown.ground.constants import (
     THREE_DIGITS,
     FloatArray,
 )
-from shakedown.ground.errors import Missing, attempt_any
-from shakedown.ground.shown_values import cycles_in_words, nodes_in_words, short
-from shakedown.ground.status import OPEN, Outcome
+from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
-from shakedown.ground.work_limit import on_one_thread, work_again
-from shakedown.joint.arguments import once_per_problem
-from shakedown.joint.constraints import transient_path
+from shakedown.ground.work_limit import work_again
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import can_drift
-from shakedown.long_term.motion_start import (
-    ABOVE,
-    BELOW,
-    MotionStart,
-    above_lambda_max,
-    known_limits,
-    lambda_max,
-    proof_from_start,
-)
+from shakedown.long_term.motion_start import MotionStart
 from shakedown.long_term.plane.search import Answers
+from shakedown.long_term.proved_outcome import overruled_by_proofs
+from shakedown.long_term.space import followed_cycles
 from shakedown.long_term.space.extrapolation import SLOW_AFTER, Leaps
-from shakedown.long_term.space.followed_cycles import (
-    STATE_ROUND_OFF,
-    FollowedCycles,
-    Period,
-    SearchRules,
-    drift_goes_on,
-    is_held,
-)
-from shakedown.long_term.state import (
-    VARIES_LITTLE,
-    LongTermState,
-    ball_about,
-    of_long_term_period,
-    opened_and_closed,
-)
-from shakedown.motion.checked_law import law_resolution, load_range, scales
+from shakedown.long_term.space.followed_cycles import FollowedCycles, Period, SearchRules, drift_goes_on
+from shakedown.long_term.state import VARIES_LITTLE, LongTermState, of_long_term_period, opened_and_closed
+from shakedown.motion.checked_law import law_resolution, load_range
 from shakedown.motion.event_history import CurvedHistory, EventHistory, curved_violations
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.method import CycleRecord, State, cycles_of
@@ -94,7 +71,7 @@ class SteadySearch:
         self.repeated = [0] * rules.longest_period  # by period: cycles in a row that end where one has begun
         self.rest_since = self.cycle_since = 0  # cycle from which on it is expected
 
-    def settle(self) -> LongTermState:
+    def run(self) -> LongTermState:
         """Follow cycles until the outcome is clear, the motion stops or the cycles allowed are spent."""
         cycles, most = self.cycles, self.rules.most_cycles
         # budget of extra cycles for slopes, as a multiple of the cycles allowed
@@ -147,9 +124,9 @@ class SteadySearch:
         changes = np.linalg.norm(measure.seen(u[0] - u[1:]), axis=1)
         self.leaps.find_period(u)
         small = PERIODIC * np.linalg.norm(self.cycles.slip(1, most) * measure.slips)
-        round_off, least = STATE_ROUND_OFF * measure.at_most(u[0]), changes.min()
+        round_off, least = followed_cycles.STATE_ROUND_OFF * measure.at_most(u[0]), changes.min()
         if least <= small + round_off:  # a product with the whole stiffness, mostly not needed
-            round_off = STATE_ROUND_OFF * measure.terms(u[0])
+            round_off = followed_cycles.STATE_ROUND_OFF * measure.terms(u[0])
         if least > small + round_off:
             self.repeated = [0] * self.rules.longest_period
             return None
@@ -207,7 +184,7 @@ class SteadySearch:
         if not cycles.leaps or len(cycles.states) < 2 or cycles.records[-1].opened.any():
             return None
         decay, now = self.leaps.decays[0], cycles.last(1)
-        lost = STATE_ROUND_OFF * self.measure.terms(now.state)
+        lost = followed_cycles.STATE_ROUND_OFF * self.measure.terms(now.state)
         near = now.size <= lost and self._share_left(decay.to_come(now, self.measure, lost)) <= MINOR
         return self._slip_fades() if near and decay.slip_ends(now, self.none, 0.0) else None
 
@@ -216,21 +193,21 @@ class SteadySearch:
         return self._found(Outcome.SHAKEDOWN, f"slip fades away with the changes{self._extrapolated}", 1)
 
     def _share_left(self, ahead: FloatArray | None) -> float:
-        """The largest share that is left of the way of a node, but for ways that count as none; ∞ unknown.
+        """The largest share of its slip that a node has still to go, where more than none; ∞ unknown.
 
-        Relative to its own way since the search began, as another one may have gone far and may hide it.
+        Relative to its own slip since the search began, as another one may have gone far and may hide it.
         """
         if ahead is None:
             return np.inf
         state = self.cycles.states[-1].u
-        left, come = self.layout.ways(ahead), self.layout.ways(state - self.cycles.start)
+        left, come = self.layout.slip_distances(ahead), self.layout.slip_distances(state - self.cycles.start)
         counts = left > self.none
         return float((left[counts] / np.maximum(come, self.none)[counts]).max(initial=0.0))
 
     def _rests_unseen(self, now: Period) -> bool:
         """Whether rest has long been expected, and no node changes by more than the accuracy of motion."""
         long = 0 < self.rest_since <= self.cycles.count - SLOW_AFTER
-        return long and bool((self.layout.ways(now.change) <= self.none).all())
+        return long and bool((self.layout.slip_distances(now.change) <= self.none).all())
 
     def _slips_for_ever(self, p: int, long_expected: bool = False) -> LongTermState | None:
         """The outcome where the same slip occurs in every period of p cycles, if that is clear.
@@ -263,7 +240,7 @@ class SteadySearch:
         opens = bool(opened_and_closed(list(self.cycles.records)[-p:], self.layout.n)[0].any())
         if opens or not self.measure.rigid.shape[1]:  # a body that moves only where nodes open
             return not opens
-        return is_held(self.layout, self.measure.rigid, slip, self.none)
+        return followed_cycles.is_held(self.layout, self.measure.rigid, slip, self.none)
 
     def _to_come(self, period: int, drifts: bool = False) -> tuple[float, float]:
         """What later periods may add to a state, and the factor per cycle by which changes fade."""
@@ -343,104 +320,6 @@ class SteadySearch:
         )
 
 
-CLEAR = SIX_DIGITS  # relative to the slip per period: no ball holds a cycle that misses its start by less
-
-
-def overruled_by_proofs(state: LongTermState) -> LongTermState:
-    """The state, or shakedown where that is proved of a motion of which a search has found another outcome.
-
-    A cycle that returns to its start and slips is its own proof: no energy ball with margins beyond
-    what it misses holds it (docs/energy.md, Theorem 9). All else is held against what is proved from where
-    the motion began, from every state, and from where it has got to; the numbers are then those of the cycle
-    from there. Before the first cycle is done, the transient may still be to come, and only the start counts.
-    """
-    stopped = state.stop is not None and not state.stop.spent
-    if state.outcome == Outcome.SHAKEDOWN or stopped or _closes(state, CLEAR):
-        return state
-    origin, goal, has_begun = state.origin, state.goal, state.cycles_simulated > 0
-    opened = tuple(np.flatnonzero(goal.contact == OPEN).tolist())
-    of_start_only = not has_begun and len(transient_path(origin.problem)) > 0
-    if not of_start_only and not opened and above_lambda_max(origin):
-        return _proved_to_slip(state)
-    proof, slip = proof_from_start(origin), goal.u[origin.problem.layout.slips]
-    if not proof and not opened and not of_start_only:
-        proof = proof_from_every_state(origin)
-    about_here = not proof and has_begun and not _closes(state, THREE_DIGITS)  # at the start λ_E has decided
-    if about_here and ball_about(origin, slip, opened) is not None:
-        proof = "an energy ball holds the state that it has come to"
-    if not proof:
-        return state if of_start_only else _proved_to_slip(state)
-    why = f"proved, {proof}; the search has not come to rest: {state.reason}"
-    return _with_last_cycle(state, Outcome.SHAKEDOWN, why)
-
-
-def _proved_to_slip(state: LongTermState) -> LongTermState:
-    """The state; an undecided search in space is cyclic slip without drift where λ > λ_max proves it.
-
-    Every cycle in which all nodes are closed slips by so much at least (docs/energy.md, Theorem 10), and a
-    joint without rigid slips does not drift for ever (Theorem 8).
-    """
-    problem, above = state.origin.problem, np.inf
-    if state.outcome == Outcome.UNDECIDED and not (state.goal.contact == OPEN).any():
-        above = lambda_max(problem)
-    if not state.load_factor > ABOVE * above:
-        return state
-    known = f"above λ_max = {short(above)} it cannot come to rest while all nodes stay in contact"
-    followed = problem.directions > 1 and VARIES_LITTLE not in state.reason and not state.jumps
-    lifts = _every_state(problem)[1] if followed else 0.0
-    if not state.load_factor < BELOW * lifts:
-        return replace(state, reason=f"{state.reason}; {known}")
-    known += f", and below λ = {short(lifts)} no slip opens a node, but in a jump"
-    if can_drift(problem):
-        return replace(state, reason=f"{state.reason}; it slips in every cycle, and may drift: {known}")
-    why = f"proved, {known}; the numbers are those of the last cycle: {state.reason}"
-    return _with_last_cycle(state, Outcome.CYCLIC_SLIP, why)
-
-
-def _closes(state: LongTermState, errors: float) -> bool:
-    """Whether a cycle returns to its start within a given share of its slip."""
-    if state.outcome != Outcome.CYCLIC_SLIP:
-        return False
-    slip = float(state.slip_per_cycle.max())
-    missed = state.return_error * scales(state.origin.problem, state.load_factor).length
-    return bool(missed <= CLEAR * slip and state.error <= errors * slip)
-
-
-def _with_last_cycle(state: LongTermState, outcome: Outcome, reason: str) -> LongTermState:
-    """An outcome with the numbers of one cycle from the end of the search."""
-    motion, length = state.motion(), scales(state.origin.problem, state.load_factor).length
-    with work_again():
-        record = motion.cycle()
-    if record is None:
-        return state
-    return replace(
-        state,
-        outcome=outcome,
-        reason=reason,
-        final_slip=record.end_slip,
-        drift=np.zeros_like(record.end_slip),
-        return_error=float(np.abs(motion.state.u - state.goal.u).max()) / length,
-        cycles_simulated=state.cycles_simulated - state.period + 1,
-        met=np.nan,
-        **of_long_term_period([record], state.problem.n),
-    )
-
-
-@on_one_thread
-def proof_from_every_state(origin: MotionStart) -> str:
-    """What proves it from every state in which all nodes are closed, in words; empty where nothing does."""
-    known = known_limits(origin.problem)
-    every = known["universal"] if "universal" in known else _every_state(origin.problem)[0]
-    return f"below λ_U = {short(every)}, from every state" if origin.load_factor < BELOW * every else ""
-
-
-@once_per_problem
-def _every_state(problem: Problem) -> tuple[float, float]:
-    """λ_U, and up to which load factor no admissible slip opens a node; 0 where they come to no end."""
-    found = attempt_any(universal_bound, problem)
-    return (0.0, 0.0) if isinstance(found, Missing) else (found.load_factor, found.lift_off_bound)
-
-
 NOT_CERTAIN = "a cycle exists, not certainly the one that this motion reaches"
 
 
@@ -467,7 +346,7 @@ class SteadySearches:
 
     def state(self, open_nodes: tuple[int, ...]) -> LongTermState:
         """The long-term state of the motion from its start, with the given nodes open there."""
-        found = self._settled(MotionStart.of(self.motion, open_nodes))
+        found = self._settled_state(MotionStart.of(self.motion, open_nodes))
         return self._lawful([found], [self._path(found)])[0]
 
     def from_slips(self, starts: FloatArray, _: Answers, stopped: Callable[[], bool]) -> list[LongTermState]:
@@ -477,7 +356,7 @@ class SteadySearches:
             if stopped():
                 return []
             self.motion.begin(self.motion.load_factor, start)
-            found.append(self._settled(MotionStart.of(self.motion)))
+            found.append(self._settled_state(MotionStart.of(self.motion)))
             paths.append(self._path(found[-1]))
         return self._lawful(found, paths)
 
@@ -486,7 +365,7 @@ class SteadySearches:
         """The rules of a search with the accuracy of the motion."""
         motion, scale = self.motion, self.motion.scale
         assert isinstance(motion.method, SpaceEvents)
-        lost = DISTINCT * motion.method.precision.settled
+        lost = DISTINCT * motion.method.precision.residual
         noise = max(motion.method.accuracy, lost / scale.force) * scale.length
         moving = load_range(motion.problem, motion.load)
         stiffest = np.diag(motion.problem.A).reshape(motion.problem.n, -1).max(axis=1)
@@ -494,14 +373,14 @@ class SteadySearches:
         blurred = 0.0 < moving < RESOLVED * lost
         return SearchRules(self.most_cycles, self.longest_period, noise, stiffness, blurred)
 
-    def _settled(self, origin: MotionStart) -> LongTermState:
+    def _settled_state(self, origin: MotionStart) -> LongTermState:
         """What the motion settles into; where leaps leave it in doubt, as a stricter search confirms it.
 
         Where none does within the cycles allowed, the reason says so.
         """
         motion, rules, care = self.motion, self._rules, 1.0
         at_start, done, search = motion.state, motion.done, SteadySearch(motion, origin, rules)
-        found, probes = search.settle(), search.cycles.probes
+        found, probes = search.run(), search.cycles.probes
         while search.doubts(found):
             # of the uncertainty allowed in leaps, from one search to the next that confirms it
             care *= 0.125
@@ -509,7 +388,7 @@ class SteadySearches:
             motion.enter_cycle(done)
             left = replace(rules, most_cycles=rules.most_cycles - found.cycles_simulated + probes)
             search = SteadySearch(motion, origin, left, care)
-            again, probes = search.settle(), probes + search.cycles.probes
+            again, probes = search.run(), probes + search.cycles.probes
             cycles = found.cycles_simulated + again.cycles_simulated
             again = replace(again, cycles_simulated=cycles, most_cycles=rules.most_cycles)
             if not again.period:

@@ -18,15 +18,8 @@ from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import basis_of, deflated, zero_modes
-from shakedown.models.condensation import stiffness_checks
-from shakedown.models.condensation.contact_frame import (
-    PLANE,
-    ContactFrame,
-    checked_dofs,
-    contact_frame,
-    out_of_plane_notes,
-    with_guides,
-)
+from shakedown.models.condensation import contact_frame, stiffness_checks
+from shakedown.models.condensation.contact_frame import ContactFrame
 from shakedown.models.condensation.factorised_interior import Interior, WeldedCase, interior_of
 from shakedown.models.condensation.load_case import LoadCase, histories, stated_loads
 from shakedown.models.condensation.surface_mesh import NodeCoupling
@@ -298,7 +291,7 @@ def condensed_stiffness(
     normals: ArrayLike,
     *,
     fixed: ArrayLike = (),
-    axes: tuple[int, int] = PLANE,
+    axes: tuple[int, int] = contact_frame.PLANE,
     tangent: ArrayLike | None = None,
     allow_sparse: bool = False,
     coupling: NodeCoupling | None = None,
@@ -363,14 +356,14 @@ def condensed_stiffness(
         nodes only but is sparse, as a matrix that was never condensed is; if a large solid takes more
         memory than there is.
     """
-    table = checked_dofs(dofs)
+    table = contact_frame.checked_dofs(dofs)
     matrix, constrained = stiffness_checks.checked_matrix(K, table)
-    frame = contact_frame(
+    frame = contact_frame.contact_frame(
         table, contact, normals, axes=axes, tangent=tangent, coupling=coupling, middle_nodes=middle_nodes
     )
     held = _held_rows(fixed, constrained, len(table))
-    frame, guided = with_guides(frame, table, held)
-    across = out_of_plane_notes(frame, table, held, axes)
+    frame, guided = contact_frame.with_guides(frame, table, held)
+    across = contact_frame.out_of_plane_notes(frame, table, held, axes)
     if not allow_sparse and np.isin(table[~held, 0], frame.labels).all():
         found = stiffness_checks.uncoupled(matrix[~held][:, ~held], table[~held, 0])
         if found:

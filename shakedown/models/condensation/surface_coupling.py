@@ -22,20 +22,8 @@ from scipy.spatial import KDTree
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.constants import NEGLIGIBLE, ROUND_OFF, SIX_DIGITS, THREE_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
-from shakedown.models.condensation.surface_mesh import (
-    CORNERS,
-    ContactSurface,
-    FacetBlock,
-    NodeCoupling,
-    changed_shapes,
-    clipped,
-    counter_clockwise,
-    cross,
-    exact_rotations,
-    local_places,
-    own_basis,
-    shapes,
-)
+from shakedown.models.condensation import surface_mesh
+from shakedown.models.condensation.surface_mesh import ContactSurface, FacetBlock, NodeCoupling
 
 
 class Segments(NamedTuple):
@@ -219,15 +207,15 @@ def _cut(
     owner, points, weight = cut(seen[0][0], seen[1][0], _points_along(seen, blocks))
     values, heights = [], []
     for side, (corners, height) in enumerate(seen):
-        place, kind = local_places(corners[owner], points), blocks[side].kind
-        own = (changed_shapes, shapes)[side](kind, place)
+        place, kind = surface_mesh.local_places(corners[owner], points), blocks[side].kind
+        own = (surface_mesh.changed_shapes, surface_mesh.shapes)[side](kind, place)
         beyond = sides[side].nodes.shape[1] - kind[1]
         values.append(np.pad(own, ((0, 0), (0, 0), (0, beyond))))
-        straight = shapes((kind[0], CORNERS[kind]), place)
+        straight = surface_mesh.shapes((kind[0], surface_mesh.CORNERS[kind]), place)
         heights.append(np.einsum("sgc,sc->sg", straight, height[owner]))
     if revolved:
         radius = sides[0].places[sides[0].nodes[pairs[0]][:, :2], 0][owner]
-        ends = shapes((2, 2), local_places(seen[0][0][owner], points))
+        ends = surface_mesh.shapes((2, 2), surface_mesh.local_places(seen[0][0][owner], points))
         weight = weight * 2 * np.pi * np.einsum("sgc,sc->sg", ends, radius)
     apart = heights[0] - heights[1]
     area = weight.sum(axis=1)
@@ -255,7 +243,7 @@ def _seen(
 
     Heights are positive towards the slave's body.
     """
-    slave, nodes = sides[0], sides[side].nodes[pairs[side]][:, : CORNERS[blocks[side].kind]]
+    slave, nodes = sides[0], sides[side].nodes[pairs[side]][:, : surface_mesh.CORNERS[blocks[side].kind]]
     middle, normal = slave.middles[pairs[0]], slave.normals[pairs[0]]
     arms = sides[side].places[nodes] - middle[:, None]
     if slave.dimension == 2:
@@ -299,15 +287,15 @@ def _on_lines(slave: FloatArray, master: FloatArray, count: int) -> tuple[IntArr
 
 def _on_planes(slave: FloatArray, master: FloatArray, count: int) -> tuple[IntArray, FloatArray, FloatArray]:
     """What pairs of convex polygons have in common, in triangles: pairs, points (s, g, 2), weights (s, g)."""
-    slave, master = counter_clockwise(slave), counter_clockwise(master)
+    slave, master = surface_mesh.counter_clockwise(slave), surface_mesh.counter_clockwise(master)
     polygon = master
     for k in range(slave.shape[1]):
-        polygon = clipped(polygon, slave[:, k], slave[:, (k + 1) % slave.shape[1]])
+        polygon = surface_mesh.clipped(polygon, slave[:, k], slave[:, (k + 1) % slave.shape[1]])
     fans = np.stack(
         [np.broadcast_to(polygon[:, :1], polygon[:, 2:].shape), polygon[:, 1:-1], polygon[:, 2:]], axis=2
     )
-    twice = cross(fans[:, :, 1] - fans[:, :, 0], fans[:, :, 2] - fans[:, :, 0])
-    whole = np.abs(cross(slave[:, 2] - slave[:, 0], slave[:, -1] - slave[:, 1]))[:, None]
+    twice = surface_mesh.cross(fans[:, :, 1] - fans[:, :, 0], fans[:, :, 2] - fans[:, :, 0])
+    whole = np.abs(surface_mesh.cross(slave[:, 2] - slave[:, 0], slave[:, -1] - slave[:, 1]))[:, None]
     owner, number = np.nonzero(twice > 1e-11 * whole)  # smaller ones are round-off
     chosen, twice = fans[owner, number], twice[owner, number]
     place, weight = np.polynomial.legendre.leggauss(count)
@@ -446,12 +434,12 @@ def surface_coupling(
     nodes, area, share, dual = dual_basis(slave, met, revolved=revolved)
     P, near = weights((slave, master), met, nodes, area, dual)
     d, labels = slave.dimension, slave.labels[nodes]
-    places = (own_basis(slave.labels, slave.middle_nodes, inverse=True) @ slave.places)[nodes]
+    places = (surface_mesh.own_basis(slave.labels, slave.middle_nodes, inverse=True) @ slave.places)[nodes]
     normals = slave.nodal_normals[nodes]
     apart = places - P @ master.places
     gap = (apart * normals).sum(axis=1)
     along = apart - gap[:, None] * normals
-    every = _by_direction(P, exact_rotations(P, near, places, master.places))
+    every = _by_direction(P, surface_mesh.exact_rotations(P, near, places, master.places))
     touched = np.unique(every.indices // d)
     flat = _is_flat(slave, share > 0, along)
     overlap = float(share @ slave.areas)

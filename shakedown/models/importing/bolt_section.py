@@ -13,7 +13,7 @@ from shakedown.models.condensation.load_case import LoadCase
 from shakedown.models.importing.load_section import LoadSection
 from shakedown.models.importing.stiffness_section import ImportContext
 from shakedown.models.readers.mesh import Mesh
-from shakedown.models.readers.text import quoted
+from shakedown.models.readers.parsing import quoted
 from shakedown.models.readers.toml_table import TomlTable, labels_of, shown
 
 

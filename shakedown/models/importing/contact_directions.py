@@ -6,7 +6,7 @@ from shakedown.ground.constants import THREE_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import found_in
 from shakedown.models.condensation.contact_frame import PLANE, SPACE, Axes
 from shakedown.models.readers.mesh import Mesh
-from shakedown.models.readers.text import unfit
+from shakedown.models.readers.parsing import unfit
 from shakedown.models.readers.toml_table import TomlTable
 
 

@@ -12,24 +12,13 @@ from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray, IntAr
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.joint.contact_surface import NEIGHBOURS
 from shakedown.joint.places import arc_lengths, faces_among, strips
-from shakedown.models.condensation.contact_frame import (
-    SPACE,
-    Axes,
-    check_unique,
-    in_space,
-    node_names,
-    patch_positions,
-)
+from shakedown.models.condensation import contact_frame, surface_mesh
+from shakedown.models.condensation.contact_frame import SPACE, Axes
 from shakedown.models.condensation.surface_coupling import SurfaceCoupling, surface_coupling
-from shakedown.models.condensation.surface_mesh import (
-    ContactSurface,
-    NodeCoupling,
-    coupling_of_nodes,
-    hat_areas,
-)
+from shakedown.models.condensation.surface_mesh import ContactSurface, NodeCoupling
 from shakedown.models.importing.contact_directions import contact_directions, one_or_each
 from shakedown.models.readers.mesh import Mesh
-from shakedown.models.readers.text import InputFiles, quoted, read_table, unfit
+from shakedown.models.readers.parsing import InputFiles, quoted, read_table, unfit
 from shakedown.models.readers.toml_table import TomlTable, is_number, labels_of, nodes_of, shown
 
 Friction = FloatArray | Mapping[str, float]  # () or (n,), or a coefficient for each node set
@@ -121,7 +110,7 @@ class ContactSection:
         """What the nodes of the first body follow: nodes of the second, a surface, or a rigid obstacle."""
         if self.coupling is not None:
             return self.coupling
-        return coupling_of_nodes(self.labels, self.unit_normals, self.middle_nodes)
+        return surface_mesh.coupling_of_nodes(self.labels, self.unit_normals, self.middle_nodes)
 
     def positions(self, labels: IntArray) -> IntArray:
         """Where nodes of the first body stand in it."""
@@ -154,7 +143,7 @@ class ContactSection:
     @property
     def unit_normals(self) -> FloatArray:
         """Unit normals along x, y, z, (n, 3)."""
-        found = in_space(self.normals, self.axes)
+        found = contact_frame.in_space(self.normals, self.axes)
         return found / np.linalg.norm(found, axis=1)[:, None]
 
     @property
@@ -162,7 +151,8 @@ class ContactSection:
         """What each node is called: its label, or the labels of its pair, after the name of its patch."""
         if self.patches:
             return tuple(name for part in self.patches for name in part.names)
-        return tuple(f"{self.name}: {own}" if self.name else own for own in node_names(self.labels))
+        names = contact_frame.node_names(self.labels)
+        return tuple(f"{self.name}: {own}" if self.name else own for own in names)
 
     @property
     def numbers(self) -> IntArray:
@@ -190,14 +180,14 @@ def contact_section(
     coupling, surface = coupled_surfaces(table, mesh)
     labels, from_sets = contact_nodes(table, mesh) if coupling is None else (coupling.labels, True)
     with found_in(table.where.removesuffix(": contact")):
-        check_unique(labels)
+        contact_frame.check_unique(labels)
     first = labels if labels.ndim == 1 else labels[:, 0]
     given = table.content.get("surface", surface)
     named = given if isinstance(given, str) else None
     on = mesh.surface(first, named) if mesh.elements else None
     between = np.zeros((0, 3), dtype=np.intp) if on is None else on.middle_nodes
     area = _areas(table, mesh, first, between, coupling, named)
-    faces = None if coupling is None else in_space(coupling.normals)
+    faces = None if coupling is None else contact_frame.in_space(coupling.normals)
     normals_are_given = table.has("normal") or table.has("normals")
     axes, normals, assumed = contact_directions(table, mesh, first, assume_plane=assume_plane, faces=faces)
     contact = ContactSection(
@@ -224,7 +214,7 @@ def contact_section(
     if contact.coordinates is not None and axes != SPACE:
         contact = _placed(contact, contact.coordinates, mesh)
     elif contact.coordinates is not None and contact.x is None:
-        x = patch_positions(contact.coordinates, contact.unit_normals, contact.tangent)
+        x = contact_frame.patch_positions(contact.coordinates, contact.unit_normals, contact.tangent)
         contact = replace(contact, x=x)
     contact = replace(contact, gap=_initial_gap(table, contact, mesh, files))
     table.done()
@@ -407,7 +397,7 @@ def _areas(
     if coupling is not None:
         return coupling.area * (thickness if coupling.normals.shape[1] == 2 else 1.0)
     area = mesh.node_areas(first, named, thickness)
-    return None if area is None else hat_areas(area, first, between)
+    return None if area is None else surface_mesh.hat_areas(area, first, between)
 
 
 def _placed(contact: ContactSection, places: FloatArray, mesh: Mesh) -> ContactSection:

@@ -31,8 +31,8 @@ from shakedown.models.importing.stiffness_section import ImportContext, circumfe
 from shakedown.models.readers.formats import read_any_mesh
 from shakedown.models.readers.mapped_matrices import NUMBERED
 from shakedown.models.readers.mesh import CALCULIX, Mesh
+from shakedown.models.readers.parsing import InputFiles, sha256
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.text import InputFiles, sha256
 from shakedown.models.readers.toml_table import TomlTable, change_number, is_list_of, read_toml, values_of
 
 

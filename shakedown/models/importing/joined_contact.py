@@ -12,7 +12,7 @@ from shakedown.models.condensation.contact_frame import SPACE, patch_positions, 
 from shakedown.models.condensation.surface_mesh import coupling_of_nodes, joined_couplings
 from shakedown.models.importing.contact_section import ContactSection, Friction, check_order, contact_section
 from shakedown.models.readers.mesh import Mesh
-from shakedown.models.readers.text import InputFiles, quoted, unfit
+from shakedown.models.readers.parsing import InputFiles, quoted, unfit
 from shakedown.models.readers.toml_table import TomlTable, nodes_of, shown
 
 

@@ -16,8 +16,8 @@ from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.importing.load_section import LoadSection
 from shakedown.models.importing.model_evidence import ModelEvidence, places_of_rows
 from shakedown.models.readers.mesh import Mesh
+from shakedown.models.readers.parsing import quoted
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.text import quoted
 
 
 @dataclass(frozen=True, eq=False, repr=False)

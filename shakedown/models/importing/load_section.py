@@ -16,7 +16,7 @@ from shakedown.models.readers import nodal_vectors
 from shakedown.models.readers.abaqus import ELEMENT, read_nodal_loads, read_substructure_load
 from shakedown.models.readers.nastran import read_op4_entries
 from shakedown.models.readers.nodal_vectors import NodalVectors, What
-from shakedown.models.readers.text import InputFiles, listed, quoted, read_lines, read_table, unfit
+from shakedown.models.readers.parsing import InputFiles, listed, quoted, read_lines, read_table, unfit
 from shakedown.models.readers.toml_table import TomlTable, Values, values_of
 
 Factors = tuple[FloatArray, tuple[str, ...]]  # at the load steps, () or (m,); doubts about them

@@ -29,8 +29,8 @@ from shakedown.models.condensation.stiffness_checks import motions_in_words, rig
 from shakedown.models.condensation.surface_coupling import REACH
 from shakedown.models.importing.contact_section import ContactSection, spacings
 from shakedown.models.readers.mesh import SOLIDS, Mesh
+from shakedown.models.readers.parsing import quoted
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.text import quoted
 
 DOUBTFUL = 0.03  # relative to the spacing, along the surface: more than the rounding of printed coordinates
 
@@ -412,8 +412,8 @@ def rigid_motions_of_bodies(
         found.append(np.zeros((len(part), motions.shape[1])))
         found[-1][rows] = motions
     motions, tight = np.hstack(found), [own for stiff, own in shanks if stiff]
-    _, size, ways = np.linalg.svd(np.reshape(tight, (-1, len(part))) @ motions)
-    return motions @ ways[np.count_nonzero(size > NEGLIGIBLE) :].T
+    _, size, vectors = np.linalg.svd(np.reshape(tight, (-1, len(part))) @ motions)
+    return motions @ vectors[np.count_nonzero(size > NEGLIGIBLE) :].T
 
 
 def free_motions(

@@ -16,7 +16,7 @@ import numpy as np
 
 from shakedown.ground.constants import MINOR, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError, found_in
-from shakedown.joint.problem import COARSEST
+from shakedown.joint.fields import COARSEST
 from shakedown.models.importing.contact_section import ContactSection
 from shakedown.models.readers import nastran
 from shakedown.models.readers.abaqus import ABAQUS_MATRIX
@@ -24,8 +24,8 @@ from shakedown.models.readers.formats import read_stiffness, stiffness_format
 from shakedown.models.readers.mapped_matrices import NUMBERED
 from shakedown.models.readers.mesh import ABAQUS, CALCULIX, Mesh
 from shakedown.models.readers.nodal_vectors import read_nodal_vectors, unit_displacement_stiffness
+from shakedown.models.readers.parsing import InputFiles, read_lines, unfit
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.text import InputFiles, read_lines, unfit
 from shakedown.models.readers.toml_table import TomlTable, Values
 
 HOOP = (

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError, UsageError
-from shakedown.models.readers.text import unfit
+from shakedown.models.readers.parsing import unfit
 
 _KINDS = ("abaqus", "ansys", "calculix", "nastran", "reactions")
 

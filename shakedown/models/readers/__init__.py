@@ -8,7 +8,7 @@ coordinates, sets and normals.
 
 Reading order:
 
-- ``text``: files and their lines, and columns of numbers;
+- ``parsing``: files and their lines, and columns of numbers;
 - ``stiffness``, by formats with labels: ``abaqus``, ``nastran``; by formats that need a map of their rows:
   ``mapped_matrices`` (Matrix Market, Harwell-Boeing, CalculiX ``.sti``, Abaqus COORDINATE);
 - ``nodal_vectors`` (reactions and displacements);

@@ -9,23 +9,14 @@ from scipy import sparse
 
 from shakedown.ground.errors import ProblemError
 from shakedown.models.condensation.contact_frame import checked_dofs
+from shakedown.models.readers import parsing
 from shakedown.models.readers.formats import Format, has
+from shakedown.models.readers.parsing import quoted, unfit
 from shakedown.models.readers.stiffness import Stiffness, from_entries, printed_accuracy
-from shakedown.models.readers.text import (
-    REAL,
-    integers,
-    listed,
-    number,
-    quoted,
-    read_lines,
-    rows_of_numbers,
-    unfit,
-    whole_numbers,
-)
 
 NodalLoads = dict[tuple[int, int], float]
 ABAQUS_MATRIX = "Abaqus matrix input"
-_ENTRY = re.compile(rf"^\s*-?\d+\s*,\s*\d+\s*,\s*-?\d+\s*,\s*\d+\s*,\s*{REAL}\s*,?\s*$")
+_ENTRY = re.compile(rf"^\s*-?\d+\s*,\s*\d+\s*,\s*-?\d+\s*,\s*\d+\s*,\s*{parsing.REAL}\s*,?\s*$")
 
 
 def read_abaqus_matrix(path: str | os.PathLike[str]) -> Stiffness:
@@ -42,10 +33,10 @@ def read_abaqus_matrix(path: str | os.PathLike[str]) -> Stiffness:
     name = os.fspath(path)
     lines = [(k, text.rstrip(",")) for k, text in _data_lines(path)]
     expected = "'node,dof, node,dof, value' (*MATRIX OUTPUT, FORMAT=MATRIX INPUT)"
-    places, table = rows_of_numbers(lines, 5, name, expected)
+    places, table = parsing.rows_of_numbers(lines, 5, name, expected)
     if not places:
         raise unfit(name, "matrix entries", "none")
-    keys = whole_numbers(table[:, :4], places, name)
+    keys = parsing.whole_numbers(table[:, :4], places, name)
     return from_entries(keys[:, :2], keys[:, 2:], table[:, 4], name, ABAQUS_MATRIX)
 
 
@@ -75,16 +66,16 @@ def read_nodal_loads(path: str | os.PathLike[str]) -> NodalLoads:
                 f"{where}: expected a node label, found the set {quoted(fields[0])} (list sets in the "
                 "configuration: forces = [[set, direction, value]])"
             )
-        node, direction = integers(fields[:2], where)
+        node, direction = parsing.integers(fields[:2], where)
         if (node, direction) in loads:
             raise unfit(where, "every (node, dof) once", f"({node}, {direction}) twice")
-        loads[node, direction] = number(fields[2], where)
+        loads[node, direction] = parsing.number(fields[2], where)
     return loads
 
 
 def _data_lines(path: str | os.PathLike[str]) -> Iterator[tuple[int, str]]:
     """Number and text of every line that is neither a keyword nor a remark."""
-    for k, line in enumerate(read_lines(path), start=1):
+    for k, line in enumerate(parsing.read_lines(path), start=1):
         text = line.strip()
         if text and not text.startswith("*"):
             yield k, text
@@ -109,7 +100,7 @@ def read_abaqus_substructure(path: str | os.PathLike[str], matrix: str | None = 
     element = _Element(path, (matrix or "STIFFNESS").upper())
     N, full = len(element.dofs), ",UNSYM" in element.header and matrix is None  # a mass is symmetric
     fields = [(field, where) for where, own in element.matrix for field in own]
-    data = np.array([number(*field) for field in fields])
+    data = np.array([parsing.number(*field) for field in fields])
     expected = N * N if full else N * (N + 1) // 2
     if len(data) != expected:
         raise ProblemError(
@@ -143,14 +134,14 @@ def read_substructure_load(path: str | os.PathLike[str], case: str | None = None
     ProblemError
         If there is no such case, or a line of it is malformed.
     """
-    name, lines, labels = os.fspath(path), read_lines(path), _Element(path).labels
+    name, lines, labels = os.fspath(path), parsing.read_lines(path), _Element(path).labels
     found = {
         (match[1] or "").strip().upper(): k for k, line in enumerate(lines) if (match := _LOAD.match(line))
     }
     if case is None and len(found) == 1:
         case = next(iter(found))
     if case is None or case.strip().upper() not in found:
-        raise unfit(name, "one load case of SLOAD=YES (key 'case')", listed(found))
+        raise unfit(name, "one load case of SLOAD=YES (key 'case')", parsing.listed(found))
     loads: NodalLoads = {}
     for k in range(found[case.strip().upper()] + 1, len(lines)):
         text, where = lines[k].strip(), f"{name}: line {k + 1}"
@@ -159,13 +150,13 @@ def read_substructure_load(path: str | os.PathLike[str], case: str | None = None
             break
         if len(fields) < 3 or not fields[-2].isdigit():
             continue  # a heading
-        position, direction = integers(fields[-3:-1], where)
+        position, direction = parsing.integers(fields[-3:-1], where)
         if not 1 <= position <= len(labels):
             raise unfit(where, f"a position from 1 to {len(labels)}", position)
         key = (labels[position - 1], direction)
         if key in loads:
             raise unfit(where, "every position and dof once", f"{position}, {direction} twice")
-        loads[key] = number(fields[-1], where)
+        loads[key] = parsing.number(fields[-1], where)
     if not loads:
         raise unfit(name, f"entries of the load case {quoted(case)}", "none")
     return loads
@@ -192,12 +183,12 @@ class _Element:
         self.matrix: list[tuple[str, list[str]]] = []
         self.header, into, listed_nodes = "", None, False
         wanted = re.compile(rf"\*MATRIX\s*,.*TYPE\s*=\s*{re.escape(kind)}\b", re.IGNORECASE)
-        for k, line in enumerate(read_lines(path), start=1):
+        for k, line in enumerate(parsing.read_lines(path), start=1):
             text, where = line.strip(), f"{self.name}: line {k}"
             fields = [field.strip() for field in text.lstrip("*").split(",") if field.strip()]
             if text.startswith("**"):
                 if listed_nodes and all(re.fullmatch(r"-?\d+", field) for field in fields):
-                    self.labels += integers(fields, where)
+                    self.labels += parsing.integers(fields, where)
                 else:
                     listed_nodes = bool(self.header) and not self.labels and _NODES.match(text) is not None
                 continue
@@ -225,7 +216,7 @@ class _Element:
     def _dofs(self, lists: list[tuple[str, list[str]]]) -> list[tuple[int, int]]:
         own: list[list[int]] = [[] for _ in self.labels]
         for number_of, (where, fields) in enumerate(lists):
-            position, *directions = integers(fields if number_of else ["1", *fields], where)
+            position, *directions = parsing.integers(fields if number_of else ["1", *fields], where)
             if not 1 <= position <= len(own) or not directions:
                 raise unfit(
                     where, f"'position, dof, …' with position 1 to {len(own)}", quoted(", ".join(fields))

@@ -15,7 +15,7 @@ from shakedown.ground.errors import ProblemError
 from shakedown.models.readers.formats import Format, has
 from shakedown.models.readers.mapped_matrices import implied_rows
 from shakedown.models.readers.mesh import ABAQUS, CALCULIX, FACES, Element, Line, Mesh, Orientation, axes_at
-from shakedown.models.readers.text import integers, listed, number, quoted, read_lines, unfit
+from shakedown.models.readers.parsing import integers, listed, number, quoted, read_lines, unfit
 
 _TYPE = re.compile(r"(C3D|CPEG|CPE|CPS|CGAX|CAX)(\d{1,3})")
 # shapes by the count of nodes; others have no faces here
@@ -247,11 +247,11 @@ class _Deck:
         """Origin and axes behind ``*SYSTEM``: a point, one on the new x, one in the plane of the new x, y."""
         lines = [(where, fields[k : k + 3]) for where, fields in card.data for k in (0, 3)]
         points = [_point(fields, where) for where, fields in lines if any(fields)]
-        origin, *ways = points or [np.zeros(3)]
-        if not ways:
+        origin, *others = points or [np.zeros(3)]
+        if not others:
             return origin, np.eye(3)
-        first = ways[0] - origin
-        second = ways[1] - origin if len(ways) > 1 else np.cross([0.0, 0.0, 1.0], first)
+        first = others[0] - origin
+        second = others[1] - origin if len(others) > 1 else np.cross([0.0, 0.0, 1.0], first)
         return origin, axes_at(origin[None], first, second, "R", f"{card.data[0][0]}: *SYSTEM")[0]
 
     def _shift(self) -> tuple[FloatArray, set[int]]:

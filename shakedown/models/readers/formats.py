@@ -13,8 +13,8 @@ from importlib import import_module
 from typing import Any, Literal
 
 from shakedown.models.readers.mesh import Mesh
+from shakedown.models.readers.parsing import quoted, read_bytes, read_lines, unfit
 from shakedown.models.readers.stiffness import Rows, Stiffness
-from shakedown.models.readers.text import quoted, read_bytes, read_lines, unfit
 
 Holds = Literal["stiffness", "mesh", "rows", "vectors"]
 

@@ -15,25 +15,10 @@ from scipy import sparse
 
 from shakedown.ground.constants import FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
+from shakedown.models.readers import parsing, stiffness
 from shakedown.models.readers.formats import Format, format_of
-from shakedown.models.readers.stiffness import (
-    Rows,
-    Stiffness,
-    check_entries_once,
-    checked,
-    completed,
-    numbered_entries,
-)
-from shakedown.models.readers.text import (
-    LARGEST_WHOLE,
-    REAL,
-    integers,
-    numbers,
-    quoted,
-    read_lines,
-    unfit,
-    whole_number,
-)
+from shakedown.models.readers.parsing import LARGEST_WHOLE, quoted, unfit, whole_number
+from shakedown.models.readers.stiffness import Rows, Stiffness
 
 DIRECTIONS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6}
 _HEADING = re.compile("matrix|eqn?|equation|row|no|number|node|label|dof|dir(ection)?", re.IGNORECASE)
@@ -110,7 +95,7 @@ def _listed(path: str | os.PathLike[str], size: int | None) -> IntArray:
     ``$``, ``!`` or ``*`` are skipped.
     """
     name, table = os.fspath(path), list[list[int]]()
-    for k, line in enumerate(read_lines(path), start=1):
+    for k, line in enumerate(parsing.read_lines(path), start=1):
         fields = line.replace(",", " ").split()
         if not fields or fields[0][0] in _COMMENT:
             continue
@@ -183,14 +168,14 @@ _BANNER = re.compile(
 def _market(path: str | os.PathLike[str]) -> tuple[list[str], list[int], str, list[tuple[int, str]]]:
     """The words of the first line, the sizes, where these stand, and the lines behind them."""
     name = os.fspath(path)
-    lines = [(k, line.strip()) for k, line in enumerate(read_lines(path), start=1) if line.strip()]
+    lines = [(k, line.strip()) for k, line in enumerate(parsing.read_lines(path), start=1) if line.strip()]
     if (banner := _BANNER.match(lines[0][1])) is None:
         raise unfit(
             f"{name}: line 1", "'matrix coordinate|array real general|symmetric'", quoted(lines[0][1])
         )
     size, *body = [line for line in lines[1:] if not line[1].startswith("%")] or [(1, "")]
     where = f"{name}: line {size[0]}"
-    return [word.lower() for word in banner.groups()], integers(size[1].split(), where), where, body
+    return [word.lower() for word in banner.groups()], parsing.integers(size[1].split(), where), where, body
 
 
 def _node_vector(path: str | os.PathLike[str], size: int | None) -> IntArray:
@@ -233,9 +218,9 @@ def read_matrix_market(path: str | os.PathLike[str], rows: Rows = None) -> Stiff
     if coordinate:
         if len(body) != shape[2]:
             raise unfit(name, f"{shape[2]} entries", len(body))
-        matrix = numbered_entries(body, lambda _: N, name)
-        return checked(completed(matrix) if symmetric else matrix, dofs, "Matrix Market")
-    values = [value for k, text in body for value in numbers(text.split(), f"{name}: line {k}")]
+        matrix = stiffness.numbered_entries(body, lambda _: N, name)
+        return stiffness.checked(stiffness.completed(matrix) if symmetric else matrix, dofs, "Matrix Market")
+    values = [value for k, text in body for value in parsing.numbers(text.split(), f"{name}: line {k}")]
     expected = N * (N + 1) // 2 if symmetric else N * N
     if len(values) != expected:
         raise unfit(name, f"{expected} numbers", len(values))
@@ -243,7 +228,7 @@ def read_matrix_market(path: str | os.PathLike[str], rows: Rows = None) -> Stiff
     if symmetric:  # column by column of the lower triangle
         upper = np.triu_indices(N)
         full[upper] = full.T[upper] = values
-    return checked(sparse.csr_array(full), dofs, "Matrix Market")
+    return stiffness.checked(sparse.csr_array(full), dofs, "Matrix Market")
 
 
 _TYPE = re.compile(r"[RCP][SUHZR][AE](\s+\d+){3}(\s|$)", re.IGNORECASE)
@@ -276,16 +261,16 @@ def read_harwell_boeing(path: str | os.PathLike[str], rows: Rows = None) -> Stif
         If the matrix is not real, square and assembled, a section is not of the
         length that the header says, or an index lies outside.
     """
-    name, lines = os.fspath(path), read_lines(path)
+    name, lines = os.fspath(path), parsing.read_lines(path)
     if not is_harwell_boeing("\n".join(lines[:4])):
         raise unfit(f"{name}: line 3", "a Harwell-Boeing matrix type", quoted(lines[0]))
     kind, *sizes = lines[2].split()
-    N, columns, count = integers(sizes[:3], f"{name}: line 3")
+    N, columns, count = parsing.integers(sizes[:3], f"{name}: line 3")
     if kind.upper() not in ("RSA", "RUA") or columns != N or N < 1:
         raise unfit(
             f"{name}: line 3", "a real assembled square matrix (RSA or RUA)", f"{kind} {N} x {columns}"
         )
-    lengths = integers([*lines[1].split(), "0"][1:5], f"{name}: line 2")
+    lengths = parsing.integers([*lines[1].split(), "0"][1:5], f"{name}: line 2")
     layouts = [(int(n or 1), int(width)) for n, width in _LAYOUT.findall(lines[3].replace(" ", ""))]
     if len(lengths) < 4 or len(layouts) < 3 or any(n * width < 1 for n, width in layouts):
         raise ProblemError(
@@ -302,10 +287,10 @@ def read_harwell_boeing(path: str | os.PathLike[str], rows: Rows = None) -> Stif
     if count and (index.min() < 0 or index.max() >= N):
         raise unfit(name, f"rows 1 to {N}", index.max() + 1)
     column: IntArray = np.repeat(np.arange(N), np.diff(pointers))
-    check_entries_once(index, column, name)
+    stiffness.check_entries_once(index, column, name)
     matrix = sparse.coo_array((sections[2], (index, column)), shape=(N, N))
-    whole = matrix if kind.upper() == "RUA" else completed(matrix)
-    return checked(whole, row_map(rows, N, name, "Harwell-Boeing"), "Harwell-Boeing")
+    whole = matrix if kind.upper() == "RUA" else stiffness.completed(matrix)
+    return stiffness.checked(whole, row_map(rows, N, name, "Harwell-Boeing"), "Harwell-Boeing")
 
 
 def _section(
@@ -321,10 +306,10 @@ def _section(
         fields = [line[k : k + width] for line in padded for k in range(0, len(line), width)]
     if len(fields) != size:
         raise unfit(name, f"{size} numbers from line {at + 1} on", len(fields))
-    return np.array(numbers(fields, f"{name}: from line {at + 1} on"))
+    return np.array(parsing.numbers(fields, f"{name}: from line {at + 1} on"))
 
 
-_ENTRY = re.compile(rf"^\s*\d+\s+\d+\s+{REAL}\s*$")
+_ENTRY = re.compile(rf"^\s*\d+\s+\d+\s+{parsing.REAL}\s*$")
 NUMBERED = "numbered (CalculiX .sti, Abaqus COORDINATE)"
 
 
@@ -361,8 +346,8 @@ def read_calculix_storage(path: str | os.PathLike[str], rows: Rows = None) -> St
         return len(dofs)
 
     hint = " (of Abaqus' formats, write *MATRIX OUTPUT, FORMAT=MATRIX INPUT)"
-    entries = numbered_entries(enumerate(read_lines(path), start=1), size, name, hint)
-    return checked(completed(entries), dofs, NUMBERED)
+    entries = stiffness.numbered_entries(enumerate(parsing.read_lines(path), start=1), size, name, hint)
+    return stiffness.checked(stiffness.completed(entries), dofs, NUMBERED)
 
 
 def _begins_with_entry(text: str) -> bool:

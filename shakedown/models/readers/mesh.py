@@ -13,7 +13,7 @@ from shakedown.ground.constants import NEGLIGIBLE, THREE_DIGITS, FloatArray, Int
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.joint.places import without_cancelled
 from shakedown.models.condensation.surface_mesh import ContactSurface
-from shakedown.models.readers.text import listed, number, quoted, unfit
+from shakedown.models.readers.parsing import listed, number, quoted, unfit
 
 Line = tuple[str, list[str]]  # where it stands in a deck, its fields
 

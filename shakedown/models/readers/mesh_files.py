@@ -20,19 +20,10 @@ import numpy as np
 
 from shakedown.ground.constants import IntArray
 from shakedown.ground.errors import ProblemError, not_installed
+from shakedown.models.readers import parsing
 from shakedown.models.readers.formats import OF_MODEL, Format, has
 from shakedown.models.readers.mesh import CORNERS, SOLIDS, Element, Mesh
-from shakedown.models.readers.text import (
-    integers,
-    number,
-    number_table,
-    numbers,
-    open_input,
-    quoted,
-    read_bytes,
-    read_lines,
-    unfit,
-)
+from shakedown.models.readers.parsing import quoted, unfit
 
 # Descriptors of UNV: the shape, and the places of the corners and then of the nodes between them.
 _UNIVERSAL: dict[int, tuple[str, tuple[int, ...]]] = {
@@ -71,7 +62,7 @@ def read_by_meshlane(path: str | os.PathLike[str], kind: str | None = None) -> M
         If meshlane is not installed, or cannot read the file.
     """
     name = os.fspath(path)
-    open_input(path).close()
+    parsing.open_input(path).close()
     try:
         import meshlane
     except ImportError:
@@ -100,7 +91,7 @@ def _gmsh_labels(path: str | os.PathLike[str], count: int) -> IntArray:
     ProblemError
         If a binary file numbers its nodes otherwise than 1 ... n; Mesh.Binary = 0 makes Gmsh write text.
     """
-    head, _, rest = read_bytes(path).partition(b"$Nodes")
+    head, _, rest = parsing.read_bytes(path).partition(b"$Nodes")
     version, binary = head.partition(b"$MeshFormat")[2].split()[:2]
     if binary != b"0":  # meshlane takes no other numbers than 1 to n in files of version 2
         least, most = np.frombuffer(rest[17:33], np.uint64).tolist() if version == b"4.1" else (1, count)
@@ -214,7 +205,7 @@ def read_universal(path: str | os.PathLike[str]) -> Mesh:
         If a dataset is cut off or malformed, or an element is there twice.
     """
     of_nodes, of_elements, of_groups = ("2411", "781"), "2412", ("2435", "2452", "2467", "2477")  # datasets
-    name, lines = os.fspath(path), read_lines(path)
+    name, lines = os.fspath(path), parsing.read_lines(path)
     marks = [k for k, line in enumerate(lines) if line.strip() == "-1"]
     if len(marks) % 2:
         raise unfit(f"{name}: line {marks[-1] + 1}", "the end of a dataset (-1)", "none")
@@ -226,24 +217,24 @@ def read_universal(path: str | os.PathLike[str]) -> Mesh:
         kind = lines[begin + 1].strip()
         rows = ((f"{name}: line {k + 1}", lines[k]) for k in range(begin + 2, end))
         for where, line in rows if kind in (*of_nodes, of_elements, *of_groups) else ():
-            head = integers(line.split(), where)
+            head = parsing.integers(line.split(), where)
             if len(head) < (1 if kind in of_nodes else 6):
                 raise unfit(where, "the head of a record", quoted(line))
             if (head[0] in places and kind in of_nodes) or (head[0] in cells and kind == of_elements):
                 raise unfit(where, "every node and element once", f"{head[0]} twice")
             if kind in of_nodes:
-                places[head[0]] = numbers(_fields(rows, 3, where), where)
+                places[head[0]] = parsing.numbers(_fields(rows, 3, where), where)
             elif kind == of_elements:
                 if head[1] in (11, 21, 22, 23, 24):  # beams have a line more
                     next(rows, None)
-                own = integers(_fields(rows, head[5], where), where)
+                own = parsing.integers(_fields(rows, head[5], where), where)
                 shape, order = _UNIVERSAL.get(head[1], ("", tuple(range(len(own)))))
                 if len(order) != len(own):
                     raise unfit(where, f"{len(order)} nodes of an element", len(own))
                 cells[head[0]] = shape, tuple(own[k] for k in order)
             else:
                 group = next(rows, ("", ""))[1].strip()
-                own = integers(_fields(rows, 4 * head[-1], where), where)  # kind, tag and two more of each
+                own = parsing.integers(_fields(rows, 4 * head[-1], where), where)  # kind, tag, two more
                 for code, into in ((7, node_groups), (8, groups)):
                     tags = [tag for each, tag in zip(own[::4], own[1::4], strict=True) if each == code]
                     if tags:
@@ -269,7 +260,7 @@ def read_coordinates(path: str | os.PathLike[str]) -> Mesh:
     """Read a list of nodes, as Ansys and most other codes write one.
 
     Columns are node, x, y and where given z; the header, the delimiter and a
-    decimal comma are found out (see :func:`shakedown.models.readers.text.number_table`). Of what NLIST of
+    decimal comma are found out (see :func:`shakedown.models.readers.parsing.number_table`). Of what NLIST of
     Ansys prints, with its headings, the angles are passed over.
 
     Raises
@@ -286,12 +277,12 @@ def read_coordinates(path: str | os.PathLike[str]) -> Mesh:
     >>> read_coordinates(path).coordinates.tolist()
     [[0.5, -0.1, 0.0]]
     """
-    lines, name = read_lines(path), os.fspath(path)
+    lines, name = parsing.read_lines(path), os.fspath(path)
     if heading := next((line for line in lines if re.match(r"\s*NODE\s+X\s+Y\s+Z\b", line)), None):
         rows = [line if line.strip()[:1].isdigit() else "" for line in lines]
-        table = number_table(rows, name, marks=" ")
+        table = parsing.number_table(rows, name, marks=" ")
     else:
-        table = number_table(lines, name)
+        table = parsing.number_table(lines, name)
     count = table.values.shape[1]
     if count not in ((4, 7) if heading else (3, 4)):
         raise unfit(name, "the columns node, x, y and maybe z", count)
@@ -312,7 +303,7 @@ def read_ansys_archive(path: str | os.PathLike[str]) -> Mesh:
         If a line is malformed, a node is there twice, a component or an element has nodes that are none, or
         a component is not as long as its first line says.
     """
-    name, lines = os.fspath(path), read_lines(path)
+    name, lines = os.fspath(path), parsing.read_lines(path)
     places: list[tuple[int, list[float]]] = []
     cells: list[tuple[str, int, list[int]]] = []
     sets: dict[str, dict[str, IntArray]] = {"NODE": {}, "ELEM": {}}
@@ -331,8 +322,8 @@ def read_ansys_archive(path: str | os.PathLike[str]) -> Mesh:
         if what == "NBLOCK":
             for where, text in rows:
                 fields = [text[start + each * i : start + each * (i + 1)].strip() for i in range(3)]
-                point = [number(field, where) if field else 0.0 for field in fields]
-                places.append((integers([text[:width]], where)[0], point))
+                point = [parsing.number(field, where) if field else 0.0 for field in fields]
+                places.append((parsing.integers([text[:width]], where)[0], point))
         elif what == "CMBLOCK" and kind in sets:
             where = f"{name}: component {quoted(block[2])}"
             members = [label for _, text in rows for label in _labels(text, width, where)]
@@ -364,7 +355,7 @@ def _rows(lines: list[str], begin: int, name: str) -> Iterator[tuple[str, str]]:
 
 def _labels(text: str, width: int, where: str) -> list[int]:
     """The whole numbers of a line, each so many characters wide."""
-    return integers([text[k : k + width] for k in range(0, len(text), width)], where)
+    return parsing.integers([text[k : k + width] for k in range(0, len(text), width)], where)
 
 
 def _cells(rows: Iterator[tuple[str, str]], width: int) -> Iterator[tuple[str, int, list[int]]]:

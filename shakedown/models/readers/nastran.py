@@ -21,20 +21,12 @@ from scipy import sparse
 
 from shakedown.ground.constants import IntArray
 from shakedown.ground.errors import ProblemError, not_installed
+from shakedown.models.readers import parsing
 from shakedown.models.readers.formats import Format, has
 from shakedown.models.readers.mapped_matrices import row_map
 from shakedown.models.readers.mesh import Mesh
+from shakedown.models.readers.parsing import listed, quoted, unfit
 from shakedown.models.readers.stiffness import Rows, Stiffness, checked, from_entries
-from shakedown.models.readers.text import (
-    UNREADABLE,
-    integers,
-    listed,
-    number,
-    quoted,
-    read_bytes,
-    read_lines,
-    unfit,
-)
 
 Card = tuple[int, str, list[str]]  # line number, name, data fields
 _BEGIN = re.compile(r"BEGIN\b\s*(?:BULK\b\s*)?(?:SUPER\b\s*=?\s*(\d{1,18}))?", re.IGNORECASE)
@@ -86,11 +78,11 @@ def lines_of_one(path: str | os.PathLike[str]) -> list[str]:
     ProblemError
         If there are several, as ``BEGIN SUPER n`` or the SECONCT cards of an ``.asm`` file say.
     """
-    name, lines = os.fspath(path), read_lines(path)
+    name, lines = os.fspath(path), parsing.read_lines(path)
     known = {int(match[1] or 0) for line in lines if (match := _BEGIN.match(line.strip()))} - {0}
     if not known:
         connected = ((k, fields) for k, card, fields in cards(lines) if card == "SECONCT")
-        known = {integers(fields[:1], f"{name}: line {k}")[0] for k, fields in connected}
+        known = {parsing.integers(fields[:1], f"{name}: line {k}")[0] for k, fields in connected}
     if len(known) > 1:
         raise unfit(name, "one superelement", f"{listed(map(str, sorted(known)))}; give a file of one alone")
     return lines
@@ -183,9 +175,9 @@ def read_analysis_set(path: str | os.PathLike[str]) -> IntArray:
         raise unfit(
             name, "the rows of the analysis set (EXTRN, ASET, BSET, QSET, USET or SECONCT cards)", "none"
         )
-    grids = {integers(fields[:1], where)[0] for where, fields in found["GRID"]}
+    grids = {parsing.integers(fields[:1], where)[0] for where, fields in found["GRID"]}
     connected = ((where, [field for field in fields[8::2] if field]) for where, fields in found["SECONCT"])
-    points = [point for where, fields in connected for point in integers(fields, where)]
+    points = [point for where, fields in connected for point in parsing.integers(fields, where)]
     rows = [(point, component) for point in points for component in (range(1, 7) if point in grids else (0,))]
     return _once(rows, name)
 
@@ -207,7 +199,7 @@ def _components(text: str, where: str) -> list[int]:
 def _of_pairs(where: str, fields: list[str]) -> Iterator[tuple[int, int]]:
     """Rows of id, components, id, components, …"""
     for point, text in zip(fields[::2], fields[1::2], strict=False):
-        for label in integers([point] if point else [], where):
+        for label in parsing.integers([point] if point else [], where):
             yield from ((label, component) for component in _components(text, where))
 
 
@@ -216,13 +208,13 @@ def _of_list(where: str, fields: list[str]) -> Iterator[tuple[int, int]]:
     components, given = _components(fields[0], where), [field for field in fields[1:] if field]
     points: Iterable[int]
     if len(given) == 3 and given[1].upper() == "THRU":
-        first, last = integers(given[::2], where)
+        first, last = parsing.integers(given[::2], where)
         # largest number of points that a THRU may name
         if not 0 <= last - first < 10_000_000:
             raise unfit(where, "'first THRU last'", f"{first} THRU {last}")
         points = range(first, last + 1)
     else:
-        points = integers(given, where)
+        points = parsing.integers(given, where)
     return ((point, component) for point in points for component in components)
 
 
@@ -250,7 +242,7 @@ def read_grids(path: str | os.PathLike[str]) -> Mesh:
             rigid = np.asarray(n2p.rbgeom_uset(uset), dtype=float)
             labels = uset.index.get_level_values(0).to_numpy()[::6].astype(np.intp)
             xyz = np.array(uset.iloc[::6, 1:4], dtype=float)
-    except UNREADABLE as error:
+    except parsing.UNREADABLE as error:
         raise unfit(name, "GRID and CORD2 cards that pyYeti can read", quoted(str(error))) from None
     finite = np.isfinite(xyz).all(axis=1) & np.isfinite(rigid.reshape(len(labels), -1)).all(axis=1)
     if not finite.all():
@@ -300,18 +292,20 @@ def read_nastran_dmig(path: str | os.PathLike[str], matrix: str | None = None) -
     if len(header) != 1 or len(header) == len(own):
         raise unfit(name, f"one DMIG header card of {shown}, and entries", f"{len(header)} of {len(own)}")
     where = f"{name}: line {header[0][0]}"
-    form, kind = integers(header[0][1][2:4], where)
+    form, kind = parsing.integers(header[0][1][2:4], where)
     if form not in (1, 6) or kind not in _REAL:
         expected = f"{shown} square or symmetric (form 1, 6) and real (type 1, 2)"
         raise unfit(where, expected, f"form {form}, type {kind}")
     entries = []  # (node, direction) of the row and of the column, and the value
     for k, fields in (card for card in own if card not in header):
         where = f"{name}: line {k}"
-        column = integers([fields[1], fields[2] or "0"], where)
+        column = parsing.integers([fields[1], fields[2] or "0"], where)
         for group in range(4, len(fields), 4):
             node, direction, value = fields[group : group + 3]
             if node or value:
-                entries.append((integers([node, direction or "0"], where), column, number(value, where)))
+                entries.append(
+                    (parsing.integers([node, direction or "0"], where), column, parsing.number(value, where))
+                )
     rows, columns, values = map(np.array, zip(*entries, strict=True))
     return from_entries(rows, columns, values, name, "Nastran DMIG")
 
@@ -365,14 +359,14 @@ def read_op4_entries(path: str | os.PathLike[str], matrix: str | None) -> sparse
     It is sparse, because a header may claim far more than a file holds.
     """
     name = os.fspath(path)
-    if not is_op4(read_bytes(path, 256).decode("latin-1")):
+    if not is_op4(parsing.read_bytes(path, 256).decode("latin-1")):
         raise unfit(name, "an OUTPUT4 file", "no header of one")
     reader = pyyeti_module("op4", name).OP4()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             names, values, _, types = reader.load(name, into="list", sparse=True)
-    except UNREADABLE as error:
+    except parsing.UNREADABLE as error:
         raise unfit(name, "whole matrices", quoted(str(error))) from None
     finally:
         reader._op4close()

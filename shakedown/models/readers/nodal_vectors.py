@@ -14,18 +14,10 @@ from shakedown.ground.constants import SEVEN_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.condensation.stiffness_checks import asymmetry
+from shakedown.models.readers import parsing
 from shakedown.models.readers.formats import Format, format_of, has
+from shakedown.models.readers.parsing import quoted, unfit
 from shakedown.models.readers.stiffness import Stiffness
-from shakedown.models.readers.text import (
-    NumberTable,
-    integers,
-    number,
-    numbers,
-    quoted,
-    read_lines,
-    read_table,
-    unfit,
-)
 
 What = Literal["reactions", "displacements"]
 
@@ -134,10 +126,10 @@ def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions")
     """
     name, inside = os.fspath(path), False
     steps: list[tuple[list[str], float, list[list[float]], set[int]]] = []  # sets, time, rows, turned nodes
-    for k, line in enumerate(read_lines(path), start=1):
+    for k, line in enumerate(parsing.read_lines(path), start=1):
         where, fields = f"{name}: line {k}", line.split()
         if heading := HEADINGS[what].match(line):
-            time, inside = number(heading[2], where), True
+            time, inside = parsing.number(heading[2], where), True
             if not steps or time != steps[-1][1] or heading[1] in steps[-1][0]:
                 steps.append(([], time, [], set()))
             steps[-1][0].append(heading[1])
@@ -148,7 +140,7 @@ def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions")
             if len(fields) != 4 + own:
                 letter = "f" if what == "reactions" else "v"
                 raise unfit(where, f"'node {letter}x {letter}y {letter}z'", quoted(line))
-            steps[-1][2].append([*integers(fields[:1], where), *numbers(fields[1:4], where)])
+            steps[-1][2].append([*parsing.integers(fields[:1], where), *parsing.numbers(fields[1:4], where)])
             steps[-1][3].update([int(fields[0])] if own else [])
     if not steps:
         raise ProblemError(
@@ -254,10 +246,10 @@ def read_frd(path: str | os.PathLike[str], what: What = "displacements") -> list
     nodes = {"0": slice(3, 8), "1": slice(3, 13)}  # columns of the node, by the format of a block
     time, layout, rows = 0.0, "", list[list[float]]()
     inside = False
-    for k, line in enumerate(read_lines(path), start=1):
+    for k, line in enumerate(parsing.read_lines(path), start=1):
         where = f"{name}: line {k}"
         if line.startswith("  100C"):  # how results begin
-            time, layout = number(line[12:24].strip(), where), line[73:75].strip()
+            time, layout = parsing.number(line[12:24].strip(), where), line[73:75].strip()
         elif line.split()[:2] == ["-4", block]:
             if layout not in nodes:
                 raise unfit(where, "a block in text form (*NODE FILE)", f"the format {quoted(layout)}")
@@ -267,7 +259,7 @@ def read_frd(path: str | os.PathLike[str], what: What = "displacements") -> list
             fields = [line[node.stop + 12 * k : node.stop + 12 * (k + 1)].strip() for k in range(3)]
             if not fields[-1]:
                 raise unfit(where, "a node with three numbers", quoted(line))
-            rows.append([*integers([line[node].strip()], where), *numbers(fields, where)])
+            rows.append([*parsing.integers([line[node].strip()], where), *parsing.numbers(fields, where)])
         elif inside and line.startswith(" -3"):
             found.append(step_of(what, ("file",), time, rows, name))
             inside = False
@@ -327,7 +319,7 @@ def read_vectors_table(path: str | os.PathLike[str], what: What = "reactions") -
     >>> [(step.time, step.nodes.tolist(), step.vectors.tolist()) for step in read_vectors_table(path)]
     [(1.0, [7], [[0.5, -2.0, 0.0]]), (2.0, [7], [[1.0, 3.0, 0.0]])]
     """
-    table = read_table(path)
+    table = parsing.read_table(path)
     keys = _keys(table, what)
     steps, nodes = np.array(table.whole(keys[0])), np.array(table.whole(keys[1]), dtype=np.intp)
     vectors = np.zeros((len(steps), 3))
@@ -343,7 +335,7 @@ def read_vectors_table(path: str | os.PathLike[str], what: What = "reactions") -
     ]
 
 
-def _keys(table: NumberTable, what: What) -> list[str | int]:
+def _keys(table: parsing.NumberTable, what: What) -> list[str | int]:
     """The columns step, node, fx, fy and, where there is one, fz."""
     letter, width = "f" if what == "reactions" else "u", table.values.shape[1]
     expected = f"step, node, {letter}x, {letter}y and maybe {letter}z"

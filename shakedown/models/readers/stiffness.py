@@ -15,7 +15,7 @@ from shakedown.ground.constants import ROUND_OFF, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.models.condensation.contact_frame import checked_dofs
 from shakedown.models.condensation.stiffness_checks import coupled_nodes
-from shakedown.models.readers.text import rows_of_numbers, unfit, whole_numbers
+from shakedown.models.readers.parsing import rows_of_numbers, unfit, whole_numbers
 
 Rows = str | os.PathLike[str] | IntArray | None  # a map file, its content, or none
 

@@ -13,7 +13,7 @@ from shakedown.ground.constants import LARGEST_LABEL, READ_AT_ONCE, IntArray
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.shown_values import visible
 from shakedown.models.readers.mesh import Mesh
-from shakedown.models.readers.text import quoted, read_bytes, unfit
+from shakedown.models.readers.parsing import quoted, read_bytes, unfit
 
 
 def read_toml(path: str | os.PathLike[str]) -> "TomlTable":

@@ -135,7 +135,7 @@ def slip_coefficient(state: int, f: float) -> float:
 
 
 @summing
-def border(act: ActiveSet, col: int, coef: float) -> bool:
+def add_equation(act: ActiveSet, col: int, coef: float) -> bool:
     """Add one equation; False, and nothing changed, where the matrix would be singular."""
     a, m, kappa, inverse = act.size, 2 * act.n, act.kappa, act.inverse
     row, column, cols, coefs = act.row, act.column, act.col, act.coef
@@ -179,7 +179,7 @@ def border(act: ActiveSet, col: int, coef: float) -> bool:
 
 
 @inner
-def strike(act: ActiveSet, col: int) -> bool:
+def remove_equation(act: ActiveSet, col: int) -> bool:
     """Remove the equation that frees ``col``; False where the rest of the matrix is singular."""
     place, cols, inverse, m = act.place, act.col, act.inverse, 2 * act.n
     k, a = place[col], act.size - 1
@@ -287,18 +287,18 @@ def change_states(act: ActiveSet, wanted: NDArray[np.int64]) -> bool:
         if wanted[i] != states[i]:
             changed = True
             if states[i] == OPEN:
-                sound = sound and strike(act, n + i)
+                sound = sound and remove_equation(act, n + i)
             if states[i] != STICK:
-                sound = sound and strike(act, i)
+                sound = sound and remove_equation(act, i)
     if not changed:
         return sound
     for i in range(n):
         if wanted[i] != states[i]:
             states[i] = wanted[i]
             if wanted[i] != STICK:
-                sound = sound and border(act, i, slip_coefficient(wanted[i], act.f[i]))
+                sound = sound and add_equation(act, i, slip_coefficient(wanted[i], act.f[i]))
             if wanted[i] == OPEN:
-                sound = sound and border(act, n + i, 0.0)
+                sound = sound and add_equation(act, n + i, 0.0)
     return sound
 
 
@@ -517,7 +517,7 @@ def solve_rates(act: ActiveSet, rate: Rates, rate_tol: float, known: bool) -> bo
         before[i] = states[i]
         wanted[i] = admissible_start(rate.place[i], states[i])
         known = known and wanted[i] == states[i]
-    n, patience = act.n, 3
+    n, spare_changes = act.n, 3
     fewest = n + 1
     for _ in range(20 + 10 * n):
         if not known and not (change_states(act, wanted) and compute_rates(act, rate)):
@@ -530,10 +530,10 @@ def solve_rates(act: ActiveSet, rate: Rates, rate_tol: float, known: bool) -> bo
                 return True
             break
         if count < fewest:
-            fewest, patience = count, 3
+            fewest, spare_changes = count, 3
         else:
-            patience -= 1
-        if patience < 0:
+            spare_changes -= 1
+        if spare_changes < 0:
             keep_first(act, rate)
     if not change_states(act, before):
         factorize(act)

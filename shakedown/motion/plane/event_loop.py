@@ -51,6 +51,7 @@ from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.ground.named_state import address_of, entered, handed_on, inner
 from shakedown.ground.status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
 from shakedown.motion.course import ENUMERABLE, HASH_PRIME, Course, EventKind, LoopEnd, code_of
+from shakedown.motion.plane import active_set
 from shakedown.motion.plane.active_set import (
     AIR,
     APEX,
@@ -59,16 +60,6 @@ from shakedown.motion.plane.active_set import (
     ON_FORWARD,
     ActiveSet,
     Rates,
-    add_product,
-    compute_rates,
-    count_broken,
-    factorize,
-    largest,
-    largest_residual,
-    locate,
-    move,
-    reach_states,
-    solve_rates,
 )
 from shakedown.motion.plane.moving_state import PlaneMotion, PlaneRun, Record
 
@@ -100,7 +91,8 @@ def moving_step(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, cours
     change, reaction, end = rate.change, rate.reaction, (mo.step + 1) * m
     for j in range(m):
         reaction[j] = path[end + j] + elastic[j]
-    if not (move(act, reaction, change, act.row, course.settled, 0.0) and states_hold(act, rate, mo, course)):
+    solved = active_set.move(act, reaction, change, act.row, course.residual, 0.0)
+    if not (solved and states_hold(act, rate, mo, course)):
         return False
     pass_step(act, mo, rec, course)
     count_slip(act, rate, mo, course)
@@ -118,7 +110,7 @@ def states_hold(act: ActiveSet, rate: Rates, mo: PlaneMotion, course: Course) ->
     """Whether all nodes keep their states over a load step with these changes and final reactions."""
     n, states, friction, path, start = act.n, act.state, act.f, course.path, mo.step * 2 * act.n
     change, reaction, small = rate.change, rate.reaction, course.force
-    zero_motion = course.rate * largest(change, 2 * n)
+    zero_motion = course.rate * active_set.largest(change, 2 * n)
     for i in range(n):
         if states[i] == STICK:
             if not abs(reaction[i]) <= friction[i] * reaction[n + i] + small:
@@ -168,7 +160,7 @@ def compute_elastic(act: ActiveSet, mo: PlaneMotion) -> None:
     elastic = mo.elastic
     for j in range(2 * act.n):
         elastic[j] = 0.0
-    add_product(act, mo.u, elastic)
+    active_set.add_product(act, mo.u, elastic)
     mo.followed = 0
 
 
@@ -246,13 +238,13 @@ def load_step(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, course:
     path, step, welded, m, known = course.path, mo.step, rate.welded, 2 * act.n, False
     for j in range(m):
         welded[j] = path[(step + 1) * m + j] - path[step * m + j]
-    while mo.crowd < 1000 + 100 * m:
+    while mo.events_in_step < 1000 + 100 * m:
         if not has_capacity(rec):
             return LoopEnd.RECORD_FULL
         react(act, rate, mo, course)
-        locate(act, rate, mo.u, mo.r, course.force, course.length)
+        active_set.locate(act, rate, mo.u, mo.r, course.force, course.length)
         place_event(rate, mo.node, mo.kind)
-        solved = solve_rates(act, rate, course.rate, known)
+        solved = active_set.solve_rates(act, rate, course.rate, known)
         known = True  # up to the next event
         mo.concerned = leaving_node(act, rate, solved)
         if not course.separable and mo.concerned >= 0:
@@ -260,10 +252,10 @@ def load_step(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, course:
         if not solved:
             note(act, mo, rec, course.first)
             return LoopEnd.NO_RATES
-        if not settle(act, rate, mo, course.settled) and (
-            act.updates == 0 or factorize(act) == 0 or not settle(act, rate, mo, course.settled)
+        if not refine(act, rate, mo, course.residual) and (
+            act.updates == 0 or active_set.factorize(act) == 0 or not refine(act, rate, mo, course.residual)
         ):
-            return LoopEnd.NOT_SETTLED
+            return LoopEnd.NOT_HELD
         apply_delay(mo, rate.motion, -1.0)
         note(act, mo, rec, course.first)
         duration, node, kind = next_event(act, rate, mo, course)
@@ -273,11 +265,11 @@ def load_step(act: ActiveSet, rate: Rates, mo: PlaneMotion, rec: Record, course:
         advance(act, rate, mo, duration)
         mo.node, mo.kind = node, kind
         if kind == EventKind.LOAD_STEP:
-            mo.step, mo.time, mo.crowd = step + 1, 0.0, 0
+            mo.step, mo.time, mo.events_in_step = step + 1, 0.0, 0
             return LoopEnd.DONE
         follow_event(act, rate, mo, node, kind)
         mo.events += 1
-        mo.crowd += 1
+        mo.events_in_step += 1
         if act.effort > act.allowed:
             return LoopEnd.PAUSED
     return LoopEnd.TOO_MANY_EVENTS
@@ -316,18 +308,18 @@ def leaving_node(act: ActiveSet, rate: Rates, solved: bool) -> int:
 
 
 @inner
-def settle(act: ActiveSet, rate: Rates, mo: PlaneMotion, settled: float) -> bool:
+def refine(act: ActiveSet, rate: Rates, mo: PlaneMotion, residual: float) -> bool:
     """Correct u and r of the moving nodes to satisfy their equations to round-off."""
     u, r, elastic, change = mo.u, mo.r, mo.elastic, rate.change
-    if largest_residual(act, r) <= settled:
+    if active_set.largest_residual(act, r) <= residual:
         return True
     for k in range(2 * act.n):
         elastic[k] -= r[k]
-    move(act, r, change, act.row, settled, 0.0)
+    active_set.move(act, r, change, act.row, residual, 0.0)
     for k in range(2 * act.n):
         elastic[k] += r[k]
         u[k] += change[k]
-    return largest_residual(act, r) <= 1e3 * settled
+    return active_set.largest_residual(act, r) <= 1e3 * residual
 
 
 @inner
@@ -469,14 +461,14 @@ def enumerate_states(act: ActiveSet, rate: Rates, rate_tol: float) -> bool:
 @entered
 def try_wanted(act: ActiveSet, rate: Rates, rate_tol: float) -> bool:
     """Take the wanted states: whether the motion in them satisfies its conditions and is stable."""
-    if not reach_states(act, rate.wanted):
+    if not active_set.reach_states(act, rate.wanted):
         return False
-    if not compute_rates(act, rate) and factorize(act) != 0:
-        compute_rates(act, rate)
-    return act.sign > 0 and count_broken(act, rate, rate_tol) == 0
+    if not active_set.compute_rates(act, rate) and active_set.factorize(act) != 0:
+        active_set.compute_rates(act, rate)
+    return act.sign > 0 and active_set.count_broken(act, rate, rate_tol) == 0
 
 
 @entered
 def take_wanted(act: ActiveSet, rate: Rates) -> bool:
     """Take the wanted states; False where the matrix of their equations is singular."""
-    return reach_states(act, rate.wanted)
+    return active_set.reach_states(act, rate.wanted)

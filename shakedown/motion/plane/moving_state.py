@@ -37,7 +37,7 @@ class PlaneMotion(NamedState):
         The last event, where it is not dealt with yet.
     concerned
         The node for which the motion stopped, or −1.
-    crowd
+    events_in_step
         Events within the present load step.
     followed
         Load steps since ``elastic`` was computed from u.
@@ -67,7 +67,7 @@ class PlaneMotion(NamedState):
     node: int
     kind: int
     concerned: int
-    crowd: int
+    events_in_step: int
     followed: int
     events: int
     dissipation: float
@@ -115,7 +115,7 @@ def motion_at_rest(n: int) -> PlaneMotion:
 @entered
 def begin(mo: PlaneMotion) -> None:
     """Put the state at the start of its course and count from zero."""
-    mo.passes, mo.step, mo.time, mo.concerned, mo.crowd = 0, 0, 0.0, -1, 0
+    mo.passes, mo.step, mo.time, mo.concerned, mo.events_in_step = 0, 0, 0.0, -1, 0
     mo.node, mo.kind = -1, EventKind.LOAD_STEP
     mo.events, mo.dissipation, mo.delayed = 0, 0.0, False
     mo.signature, mo.last_states, mo.signed = np.uint64(0), np.uint64(0), False

@@ -12,19 +12,13 @@ from shakedown.motion.checked_law import Scales
 from shakedown.motion.course import CALL_OPERATIONS, Course, EventKind, LoopEnd, Precision
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.method import EventMethod, State, loads_at, one_row
+from shakedown.motion.plane import moving_state
 from shakedown.motion.plane.active_set import active_set, factorize, rates
 from shakedown.motion.plane.event_loop import enumerate_states, follow_straight
-from shakedown.motion.plane.moving_state import (
-    PlaneMotion,
-    PlaneRun,
-    begin,
-    empty_record,
-    motion_at_rest,
-    resume,
-)
+from shakedown.motion.plane.moving_state import PlaneMotion, PlaneRun
 from shakedown.motion.viscous_jump import ViscousJoint, ViscousMotion
 
-ROUNDING = 16 * np.finfo(float).eps  # relative to the largest force: residual of settled equations
+ROUNDING = 16 * np.finfo(float).eps  # residual of moving nodes, relative to the largest force
 
 
 class PlaneEvents(EventMethod):
@@ -42,15 +36,15 @@ class PlaneEvents(EventMethod):
 
     run: PlaneRun
     motion: PlaneMotion
-    new_record = staticmethod(empty_record)
+    new_record = staticmethod(moving_state.empty_record)
     passable = (LoopEnd.NO_RATES,)
     error = 0.0
 
     def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
         self.active, self.rates = active_set(kappa, problem.f), rates(problem.n)
         parts = {
-            "motion": motion_at_rest(problem.n),
-            "record": empty_record(0, problem.n),
+            "motion": moving_state.motion_at_rest(problem.n),
+            "record": moving_state.empty_record(0, problem.n),
             "course": Course({}),
         }
         run = PlaneRun({}, active=self.active, rates=self.rates, **parts)
@@ -73,7 +67,7 @@ class PlaneEvents(EventMethod):
     def enter(self, first: bool, record: bool) -> None:
         """Go to the beginning of a cycle."""
         self.run = self.run_of(first, record)
-        begin(self.motion)
+        moving_state.begin(self.motion)
 
     def follow(self, cycles: int) -> int:
         """Follow the course a number of times; returns the status with which the loop ends."""
@@ -115,4 +109,4 @@ class PlaneEvents(EventMethod):
 
     def resume(self, time: float) -> None:
         """Continue after a jump, from a given share of the load step."""
-        resume(self.motion, time)
+        moving_state.resume(self.motion, time)

@@ -26,7 +26,7 @@ from shakedown.motion.space.smooth_step import BETWEEN, explicit_step, stop_with
 from shakedown.motion.space.space_run import (
     DEGREE,
     EXPLICIT,
-    PATIENCE,
+    EXPLICIT_STEPS,
     RADAU,
     STAGES,
     CompiledJoint,
@@ -80,7 +80,7 @@ def load_step(run: SpaceRun) -> int:
         rates.welded[k] = course.path[(mo.step + 1) * N + k] - course.path[mo.step * N + k]
     if not mo.entered:
         if not arrange(joint, mo):
-            return LoopEnd.NOT_SETTLED
+            return LoopEnd.NOT_HELD
         if mo.step == 0 or mo.time > 0.0:  # elsewhere the last load step has ended with them
             compute_out(joint, course, mo, rates)
         for i in range(joint.n):
@@ -96,7 +96,7 @@ def load_step(run: SpaceRun) -> int:
         if status == LoopEnd.AT_EVENT and ct.effort > ct.allowed:
             return LoopEnd.PAUSED
     if status == LoopEnd.DONE:
-        mo.step, mo.time, mo.crowd, mo.entered = mo.step + 1, 0.0, 0, False
+        mo.step, mo.time, mo.events_in_step, mo.entered = mo.step + 1, 0.0, 0, False
         mo.kind, mo.node = EventKind.LOAD_STEP, -1
     return status
 
@@ -105,7 +105,7 @@ def load_step(run: SpaceRun) -> int:
 def begin_path(run: SpaceRun) -> int:
     """Choose the rates with which the path goes on: AT_EVENT, or why it does not."""
     joint, course, mo, rates, ct = run.joint, run.course, run.motion, run.rates, run.control
-    if mo.crowd > 1000 + 200 * joint.n:
+    if mo.events_in_step > 1000 + 200 * joint.n:
         return LoopEnd.TOO_MANY_EVENTS
     found = choose_rates(run)
     leaving = leaving_node(joint, mo, rates, found)
@@ -170,7 +170,7 @@ def shorten(run: SpaceRun, h: float, used: float) -> None:
     try_next(st, ct, h * (max(LEAST, min(SAFETY, SAFETY * used**-ORDER)) if used > 0.0 else LEAST))
     if st.method == RADAU:
         ct.apex_ahead = HALF_WAY * min(h, time_to_apex(joint, course, rates, sp))
-        ct.wait = PATIENCE
+        ct.wait = EXPLICIT_STEPS
 
 
 @inner
@@ -220,7 +220,7 @@ def time_to_apex(joint: CompiledJoint, course: Course, rates: SpaceRates, sp: Sl
     first = np.inf
     for a in range(sp.s):
         p, rate = sp.p[a], rates.rate[2 * joint.n + sp.node[a]]
-        if p > course.settled and rate < 0.0:
+        if p > course.residual and rate < 0.0:
             first = min(first, p / -rate)
     return first
 
@@ -322,7 +322,7 @@ def pass_event(joint: CompiledJoint, mo: SpaceMotion, rates: SpaceRates, i: int,
     elif kind == EventKind.STOPS:
         mo.contact[i], mo.resting[i] = STICK, 1
     mo.events += 1
-    mo.crowd += 1
+    mo.events_in_step += 1
 
 
 @summing
@@ -338,7 +338,7 @@ def commit(run: SpaceRun, h: float, share: float, error: float) -> None:
                 power *= share
                 weight += power * BETWEEN[st.method, j, m]
             way += weight * st.mu[j * n + a]
-            work += weight * st.heat[j * n + a]
+            work += weight * st.dissipation[j * n + a]
         mo.slip[sp.node[a]] += far * way
         mo.work[sp.node[a]] += far * work
     pass_on(run, h, error)
@@ -397,7 +397,7 @@ def keep_rates(sp: Slipping, st: Step) -> None:
     for c in range(2 * sp.s):
         st.k[c], st.k_q[c] = st.k[last * row + c], st.k_q[last * row + c]
     for a in range(sp.s):
-        st.mu[a], st.heat[a] = st.mu[last * st.n + a], st.heat[last * st.n + a]
+        st.mu[a], st.dissipation[a] = st.mu[last * st.n + a], st.dissipation[last * st.n + a]
 
 
 @inner

@@ -47,7 +47,7 @@ def distance_at(run: SpaceRun, i: int, kind: int, x: float, y: float, p: float) 
     if kind == EventKind.REACHES_LIMIT:
         return run.joint.friction[i] * p - np.sqrt(x * x + y * y)
     if kind == EventKind.OPENS:
-        return p - run.course.settled
+        return p - run.course.residual
     return p
 
 
@@ -71,7 +71,7 @@ def distance_rate(run: SpaceRun, i: int, kind: int, out: FloatArray, rate: Float
 @inner
 def near_event(run: SpaceRun, kind: int) -> float:
     """The distance from an event at which a node is there: a force, a length where a gap closes."""
-    near = run.course.settled
+    near = run.course.residual
     return near * run.control.length_scale / run.control.force_scale if kind == EventKind.CLOSES else near
 
 

@@ -19,21 +19,10 @@ from shakedown.ground.named_state import inner, summing
 from shakedown.ground.status import OPEN, SLIP, STICK
 from shakedown.ground.work_limit import BY_BLAS
 from shakedown.motion.course import ENUMERABLE, Course, EventKind
+from shakedown.motion.space import speeds
 from shakedown.motion.space.space_run import CompiledJoint, Slipping, SpaceMotion, SpaceRates, SpaceRun
-from shakedown.motion.space.speeds import (
-    arrange,
-    compute_base,
-    compute_out,
-    factor,
-    find_directions,
-    find_matrix,
-    move,
-    pack,
-    spread_rates,
-    substitute,
-)
 
-PATIENCE = 3
+BLOCK_CHANGES = 3  # simultaneous changes allowed without fewer violated conditions
 
 
 @inner
@@ -47,13 +36,13 @@ def slack(joint: CompiledJoint, mo: SpaceMotion, i: int) -> float:
 def locate(run: SpaceRun) -> int:
     """Find the nodes at the apex and on their cones (``candidate``); how many are at the apex."""
     joint, course, mo, rates, ct = run.joint, run.course, run.motion, run.rates, run.control
-    n, near, count = joint.n, course.settled, 0
+    n, near, count = joint.n, course.residual, 0
     for i in range(n):
         p, left = mo.out[2 * n + i], slack(joint, mo, i)
         rates.candidate[i], rates.apex[i], rates.before[i] = 0, 0, mo.contact[i]
         if mo.contact[i] == OPEN:
             rates.apex[i] = (
-                1 if p <= course.settled * ct.length_scale / ct.force_scale else 0
+                1 if p <= course.residual * ct.length_scale / ct.force_scale else 0
             )  # the gap of an open node
         elif joint.friction[i] == 0.0:
             rates.apex[i] = 1 if p <= near else 0
@@ -64,7 +53,7 @@ def locate(run: SpaceRun) -> int:
             if rates.apex[i] == 0 and (mo.contact[i] == SLIP or left <= near) and mo.resting[i] == 0:
                 rates.candidate[i] = 1
             if rates.apex[i] == 1:
-                face_reaction(course, mo, i)
+                oppose_reaction(course, mo, i)
         if i == mo.node and mo.kind in (EventKind.OPENS, EventKind.CLOSES):
             closed = SLIP if joint.friction[i] == 0.0 else STICK
             rates.candidate[i], rates.apex[i] = 0, 1
@@ -74,7 +63,7 @@ def locate(run: SpaceRun) -> int:
 
 
 @inner
-def face_reaction(course: Course, mo: SpaceMotion, i: int) -> None:
+def oppose_reaction(course: Course, mo: SpaceMotion, i: int) -> None:
     """Let a node near the apex slip against what remains of its reaction."""
     x, y = mo.out[2 * i], mo.out[2 * i + 1]
     size = np.sqrt(x * x + y * y)
@@ -135,7 +124,7 @@ def find_all_rates(run: SpaceRun) -> bool:
     run.control.effort += int(2 * BY_BLAS * sp.s * sp.s * sp.s) + 100
     if not held:
         return False
-    move(joint, sp, st.k, 0, rates.rate)
+    speeds.move(joint, sp, st.k, 0, rates.rate)
     for i in range(3 * joint.n):
         rates.rate[i] += rates.base[i]
     return True
@@ -194,13 +183,13 @@ def leave_apex(joint: CompiledJoint, mo: SpaceMotion, rates: SpaceRates, sp: Sli
 def take_contact(joint: CompiledJoint, course: Course, mo: SpaceMotion, rates: SpaceRates) -> bool:
     """Put displacements, reactions and equations into the contact states; False where one is loose."""
     before = joint.exchanges
-    if not arrange(joint, mo):
+    if not speeds.arrange(joint, mo):
         return False
     if joint.exchanges != before:
         for k in range(3 * joint.n):
             if joint.free[k] == 0:
                 mo.u[k] = rates.held[k] if k < 2 * joint.n else 0.0
-        compute_out(joint, course, mo, rates)
+        speeds.compute_out(joint, course, mo, rates)
     return True
 
 
@@ -209,13 +198,13 @@ def choose_slipping(run: SpaceRun) -> bool:
     """Solve the problem of the nodes on their cones, those at the apex as they are, and find all rates."""
     joint, course, mo, rates, sp, st = run.joint, run.course, run.motion, run.rates, run.slipping, run.step
     n = joint.n
-    compute_base(joint, rates)
+    speeds.compute_base(joint, rates)
     for i in range(n):
         at_apex = rates.apex[i] == 1 and mo.contact[i] == SLIP and joint.friction[i] > 0.0
         rates.chosen[i] = 1 if rates.candidate[i] == 1 or at_apex else 0
-    pack(joint, mo, rates, sp)
-    find_directions(course, mo, sp, sp.q)
-    find_matrix(sp, sp.limits)
+    speeds.pack(joint, mo, rates, sp)
+    speeds.find_directions(course, mo, sp, sp.q)
+    speeds.find_matrix(sp, sp.limits)
     c, largest = sp.s, largest_rate(joint, rates, rates.base)
     for a in range(c):
         i = sp.node[a]
@@ -236,10 +225,10 @@ def choose_slipping(run: SpaceRun) -> bool:
             mo.contact[i] = SLIP if rates.active[a] == 1 else STICK
             mo.resting[i] = rates.at_zero[a]
     if not all_slip:
-        pack(joint, mo, rates, sp)
-        find_directions(course, mo, sp, sp.q)
+        speeds.pack(joint, mo, rates, sp)
+        speeds.find_directions(course, mo, sp, sp.q)
     sp.factored = True  # by the last solution of the problem, whose active nodes these are, in the same order
-    spread_rates(sp, st, 0)
+    speeds.spread_rates(sp, st, 0)
     return True
 
 
@@ -286,10 +275,10 @@ def broken(course: Course, rates: SpaceRates, sp: Slipping, c: int, largest: flo
             sp.speed[row] = -rates.slack_rate[a]
             row += 1
     if size > 0:
-        sign = factor(sp, size)
+        sign = speeds.factor(sp, size)
         if sign == 0:
             return -1
-        substitute(sp, size, sp.speed)
+        speeds.substitute(sp, size, sp.speed)
     for a in range(size):
         fastest = max(fastest, abs(sp.speed[a]))
     row = 0
@@ -319,7 +308,7 @@ def broken(course: Course, rates: SpaceRates, sp: Slipping, c: int, largest: flo
 @inner
 def pivot(course: Course, rates: SpaceRates, sp: Slipping, c: int, largest: float) -> bool:
     """Find the active nodes by block pivoting; nodes with negligible speed rest."""
-    fewest, patience = c + 1, PATIENCE
+    fewest, spare_changes = c + 1, BLOCK_CHANGES
     for _ in range(20 + 10 * c):
         count = broken(course, rates, sp, c, largest)
         if count == 0:
@@ -327,13 +316,13 @@ def pivot(course: Course, rates: SpaceRates, sp: Slipping, c: int, largest: floa
         if count < 0:
             return False
         if count < fewest:
-            fewest, patience = count, PATIENCE
+            fewest, spare_changes = count, BLOCK_CHANGES
         else:
-            patience -= 1
+            spare_changes -= 1
         for a in range(c):
             if rates.wanted[a] != rates.active[a]:
                 rates.active[a] = rates.wanted[a]
-                if patience < 0:
+                if spare_changes < 0:
                     break
     return False
 

@@ -19,6 +19,7 @@ import numpy as np
 from shakedown.ground.constants import MINOR, NEWTON_ROUNDS, NOTABLE, FloatArray
 from shakedown.ground.named_state import inner, summing
 from shakedown.motion.course import Course
+from shakedown.motion.space import speeds
 from shakedown.motion.space.space_run import (
     DEGREE,
     MOST_FAST,
@@ -29,16 +30,6 @@ from shakedown.motion.space.space_run import (
     SpaceRun,
     Step,
     StepControl,
-)
-from shakedown.motion.space.speeds import (
-    factor,
-    factor_few,
-    find_directions,
-    find_matrix,
-    find_rates,
-    rates_along,
-    substitute,
-    substitute_few,
 )
 
 WEIGHTS = np.zeros((STAGES, STAGES))  # weights of earlier stages in each stage; the last row gives the end
@@ -99,9 +90,9 @@ def explicit_step(run: SpaceRun, h: float) -> float:
                 for i in range(j):
                     total += WEIGHTS[j, i] * k[i * row + c]
                 st.slip[c] = h * total
-            if return_to_cones(course, mo, sp, st, h) > course.settled:
+            if return_to_cones(course, mo, sp, st, h) > course.residual:
                 return np.inf
-        if not find_rates(course, mo, sp, st, ct, st.stage_q, j):
+        if not speeds.find_rates(course, mo, sp, st, ct, st.stage_q, j):
             return FAILED
     error = 0.0
     for a in range(s):
@@ -139,12 +130,12 @@ def return_to_cones(course: Course, mo: SpaceMotion, sp: Slipping, st: Step, h: 
         if worst <= course.force:
             break
         if last < np.inf and worst > NOTABLE * last:  # the directions are to be renewed
-            find_directions(course, mo, sp, q)
-            find_matrix(sp, sp.M)
-            if factor(sp, s) <= 0:
+            speeds.find_directions(course, mo, sp, q)
+            speeds.find_matrix(sp, sp.M)
+            if speeds.factor(sp, s) <= 0:
                 sp.factored = False
                 return np.inf
-        substitute(sp, s, sp.correction)
+        speeds.substitute(sp, s, sp.correction)
         for a in range(s):
             sp.normal[2 * a] = sp.correction[a] * sp.unit[2 * a]
             sp.normal[2 * a + 1] = sp.correction[a] * sp.unit[2 * a + 1]
@@ -173,7 +164,7 @@ def stop_within(course: Course, mo: SpaceMotion, sp: Slipping, st: Step, h: floa
         for b in range(2 * s):
             total += sp.A[c * 2 * s + b] * st.slip[b]
         st.stage_q[c] += total
-    find_directions(course, mo, sp, st.stage_q)
+    speeds.find_directions(course, mo, sp, st.stage_q)
     return_to_cones(course, mo, sp, st, share * h)
     close_curve(sp, st)
 
@@ -260,7 +251,7 @@ def begin_angles(course: Course, sp: Slipping, st: Step, h: float, count: int) -
 
 
 @inner
-def face(sp: Slipping, st: Step, count: int, m: int) -> None:
+def set_directions(sp: Slipping, st: Step, count: int, m: int) -> None:
     """Give the fast nodes their directions at a stage; beyond the apex their reactions are negative."""
     for t in range(count):
         at, angle = 2 * st.fast[t], st.angle[m * MOST_FAST + t]
@@ -283,7 +274,7 @@ def derivatives(sp: Slipping, st: Step, m: int, count: int) -> None:
             side = ux * sp.A[first + 1] + uy * sp.A[first + 2 * s + 1] + sp.f[a] * sp.B[last + 1]
             dmu[a] = -mu * (along * x + side * y)
         dmu[j] -= x * st.k_q[start + 2 * j] + y * st.k_q[start + 2 * j + 1]
-        substitute(sp, s, dmu)
+        speeds.substitute(sp, s, dmu)
         for r in range(count):
             i = st.fast[r]
             first, ex, ey = 4 * i * s, -sp.unit[2 * i + 1], sp.unit[2 * i]
@@ -312,9 +303,9 @@ def turn_on(joint: CompiledJoint, st: Step, h: float, count: int) -> bool:
                     bend = st.bends[(k * MOST_FAST + r) * MOST_FAST + t]
                     W[at * size + k * count + t] = h * INWARD[m, k] * bend
             W[at * size + at] -= qx * x + qy * y
-    if factor_few(W, st.turn_order, size) == 0:
+    if speeds.factor_few(W, st.turn_order, size) == 0:
         return False
-    substitute_few(W, st.turn_order, size, right)
+    speeds.substitute_few(W, st.turn_order, size, right)
     for m in range(3):
         for r in range(count):
             st.angle[m * MOST_FAST + r] += max(-MOST_TURN, min(MOST_TURN, right[m * count + r]))
@@ -342,9 +333,9 @@ def stage_rates(run: SpaceRun, m: int, count: int) -> float:
         st.slip[c], st.stage_q[c] = st.k[(m + 1) * row + c], st.reactions[m * row + c]
     for a in range(sp.s):
         sp.speed[a] = st.mu[(m + 1) * st.n + a]
-    find_directions(course, mo, sp, st.stage_q)
-    face(sp, st, count, m)
-    if not rates_along(sp, st, ct, m + 1):
+    speeds.find_directions(course, mo, sp, st.stage_q)
+    set_directions(sp, st, count, m)
+    if not speeds.rates_along(sp, st, ct, m + 1):
         return FAILED
     change = 0.0
     for c in range(2 * sp.s):
@@ -354,7 +345,7 @@ def stage_rates(run: SpaceRun, m: int, count: int) -> float:
 
 @inner
 def solve_stages(run: SpaceRun, h: float, allowed: float, count: int) -> bool:
-    """Find the rates at the stages; False where they do not settle."""
+    """Find the rates at the stages; False where they do not converge."""
     joint, sp, st = run.joint, run.slipping, run.step
     last = np.inf
     for turn in range(NEWTON_ROUNDS):
@@ -391,17 +382,17 @@ def turning_step(run: SpaceRun, h: float, allowed: float) -> float:
             total += INWARD[2, m] * st.k[(m + 1) * row + c]
             change += INWARD[2, m] * st.k_q[(m + 1) * row + c]
         st.slip[c], st.stage_q[c] = h * total, sp.q[c] + h * change
-    face(sp, st, count, 2)
+    set_directions(sp, st, count, 2)
     least = np.inf
     for t in range(count):
         least = min(least, sp.size[st.fast[t]])
-    if least > 10.0 * course.settled and return_to_cones(course, mo, sp, st, h) > course.settled:
+    if least > 10.0 * course.residual and return_to_cones(course, mo, sp, st, h) > course.residual:
         return np.inf
-    find_directions(course, mo, sp, st.stage_q)
-    face(sp, st, count, 2)
+    speeds.find_directions(course, mo, sp, st.stage_q)
+    set_directions(sp, st, count, 2)
     for a in range(s):
         sp.speed[a] = st.mu[3 * n + a]
-    if not rates_along(sp, st, ct, STAGES - 1):
+    if not speeds.rates_along(sp, st, ct, STAGES - 1):
         return FAILED
     return estimate(sp, st, ct, h)
 

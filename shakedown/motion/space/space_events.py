@@ -23,16 +23,9 @@ from shakedown.motion.course import CALL_OPERATIONS, Course, EventKind, LoopEnd,
 from shakedown.motion.event_history import CurvedHistory, EventHistory
 from shakedown.motion.fixed_steps import MOST_SWEEPS, contact_nodes, load_steps, places_by_node
 from shakedown.motion.method import EventMethod, State, loads_at, one_row
+from shakedown.motion.space import space_run
 from shakedown.motion.space.curved_loop import follow_curve
-from shakedown.motion.space.space_run import (
-    DEGREE,
-    SpaceMotion,
-    SpaceRun,
-    begin,
-    empty_curve_record,
-    resume,
-    run_in_space,
-)
+from shakedown.motion.space.space_run import DEGREE, SpaceMotion, SpaceRun
 from shakedown.motion.space.speeds import MOST_EXCHANGES, arrange_afresh
 from shakedown.motion.viscous_jump import Relaxation, StepEnd, ViscousJoint
 
@@ -91,7 +84,8 @@ class DirectedJump(Relaxation):
         super().__init__(joint, u, contact, reaction)
         self.at_once = False  # whether a path was too long to follow
         path = course(np.stack([self.load, self.load]), 0, True, precision)
-        self.run = run_in_space(self.kappa, self.law.f, path, empty_curve_record(0, self.layout.n))
+        record = space_run.empty_curve_record(0, self.layout.n)
+        self.run = space_run.run_in_space(self.kappa, self.law.f, path, record)
         of_steps = {"force_scale": self.scale.force, "length_scale": self.scale.length}
         self.run.control.set(**of_steps, accuracy=max(accuracy, SIX_DIGITS))  # the end is exact
 
@@ -108,7 +102,7 @@ class DirectedJump(Relaxation):
         run = self.run
         run.course.path[:] = path
         run.joint.kappa[:] = stiffer
-        begin(run)
+        space_run.begin(run)
         mo = run.motion
         mo.u[:], mo.contact[:], mo.direction[:] = self.u, self.contact, 0.0
         arrange_afresh(run.joint, mo)
@@ -144,8 +138,8 @@ class DirectedJump(Relaxation):
             residual = missing(reaction)
             if np.abs(residual).max(initial=0.0) <= 1e-15 * self.scale.force:
                 break
-            ways = np.hstack([np.einsum("ikc,kc->ik", self.kappa[:, slips], unit), self.kappa[:, free]])
-            equations = missing(ways)
+            columns = np.hstack([np.einsum("ikc,kc->ik", self.kappa[:, slips], unit), self.kappa[:, free]])
+            equations = missing(columns)
             if np.linalg.slogdet(equations).sign <= 0.0:
                 return None
             change = np.linalg.solve(equations, residual)
@@ -174,11 +168,11 @@ class SpaceEvents(EventMethod):
 
     run: SpaceRun
     motion: SpaceMotion
-    new_record = staticmethod(empty_curve_record)
+    new_record = staticmethod(space_run.empty_curve_record)
     passable = LoopEnd.NO_RATES, LoopEnd.TOO_MANY_EVENTS
 
     def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
-        run = run_in_space(kappa, problem.f, Course({}), empty_curve_record(0, problem.n))
+        run = space_run.run_in_space(kappa, problem.f, Course({}), space_run.empty_curve_record(0, problem.n))
         super().__init__(problem, kappa, tolerances, run, run.motion.contact)
         self.direction: FloatArray = run.motion.direction
         self._passed = 0  # instants without rates in the present cycle
@@ -195,7 +189,7 @@ class SpaceEvents(EventMethod):
         small = min(moving / scale.force, 1.0) if moving else 1.0  # small motions cost no more
         self.scale, self.accuracy = scale, max(t.path * small, ROUND_OFF)
         zero = t.limit * force, t.limit * scale.length, 10.0 * t.rate
-        self.lead(first, later, Precision(*zero, settled=near))
+        self.lead(first, later, Precision(*zero, residual=near))
         self.run.control.set(force_scale=scale.force, length_scale=scale.length, accuracy=self.accuracy)
         self.direction[:] = 0.0
 
@@ -209,7 +203,7 @@ class SpaceEvents(EventMethod):
         """Go to the beginning of a cycle."""
         self.run = self.run_of(first, record)
         self._passed, self._risen = 0, list[dict[str, NDArray[Any]]]()
-        begin(self.run)
+        space_run.begin(self.run)
 
     def follow(self, cycles: int) -> int:
         """Follow one cycle, however many are requested; returns the status with which the loop ends.
@@ -249,7 +243,7 @@ class SpaceEvents(EventMethod):
             if steps:
                 self._pass(rest, steps[0], 0.5, EventKind.LOAD_STEP)  # the reaction rises linearly
             return bool(steps)
-        little = self.precision.settled / THREE_DIGITS  # too little pressure for a direction of slip
+        little = self.precision.residual / THREE_DIGITS  # too little pressure for a direction of slip
         at_apex = (reaction[self.problem.layout.gaps] <= little) & (self.problem.f > 0.0)
         # instants of a cycle passed by implicit steps
         if self._passed == 10 or not (at_apex & (self.contact != OPEN)).any():
@@ -263,7 +257,7 @@ class SpaceEvents(EventMethod):
             uneven = float(np.abs(np.diff(ends, 2, axis=0)).max()) if len(steps) == 2 else np.inf
             if uneven <= allowed:
                 self._passed += 1
-                mo.set(error=mo.error + uneven, crowd=0)
+                mo.set(error=mo.error + uneven, events_in_step=0)
                 for step in steps:
                     self._pass(0.5 * share, step, 1.0, EventKind.CURVES)
                 return True
@@ -297,7 +291,7 @@ class SpaceEvents(EventMethod):
         mo.work[:] += work * end.work
         time = min(mo.time + share, 1.0)
         self.set_state(State(end.u, end.contact))
-        resume(self.run, time, kind)
+        space_run.resume(self.run, time, kind)
 
     def recorded(self, done: int) -> list[EventHistory]:
         """The path recorded since the loop was entered, and what was passed after it."""
@@ -337,4 +331,4 @@ class SpaceEvents(EventMethod):
 
     def resume(self, time: float) -> None:
         """Continue after a jump, from a given share of the load step."""
-        resume(self.run, time)
+        space_run.resume(self.run, time)

@@ -112,7 +112,7 @@ class SpaceMotion(NamedState):
         What the present step began with.
     concerned
         The node for which the motion stopped, or −1.
-    crowd
+    events_in_step
         Events within the present load step.
     events, error
         Events other than load steps; estimated error of the path [length].
@@ -137,7 +137,7 @@ class SpaceMotion(NamedState):
     node: int
     kind: int
     concerned: int
-    crowd: int
+    events_in_step: int
     events: int
     error: float
     signature: Hash
@@ -184,7 +184,7 @@ def empty_curve_record(rows: int, n: int) -> CurveRecord:
 
 EXPLICIT, RADAU = range(2)  # methods
 STAGES = 7  # of a step
-PATIENCE = 20  # explicit steps after a rejected Radau step
+EXPLICIT_STEPS = 20  # after a rejected Radau step
 MOST_FAST = 8  # nodes whose angles are unknowns of a Radau step
 
 
@@ -289,7 +289,7 @@ class Step(NamedState):
     ----------
     method
         EXPLICIT or RADAU.
-    k, k_q, mu, heat : (7, 2n), (7, 2n), (7, n), (7, n)
+    k, k_q, mu, dissipation : (7, 2n), (7, 2n), (7, n), (7, n)
         Rates of slip and reaction, speeds and dissipation at the stages.
     stage_q : (2s,)
         Reactions at a stage.
@@ -316,7 +316,7 @@ class Step(NamedState):
     k: Reals
     k_q: Reals
     mu: Reals
-    heat: Reals
+    dissipation: Reals
     stage_q: Reals
     slip: Reals
     curve: Reals
@@ -366,7 +366,7 @@ class StepControl(NamedState):
 
 def empty_step(n: int) -> Step:
     """Arrays for a step of n nodes."""
-    shapes = {"k": STAGES * 2 * n, "k_q": STAGES * 2 * n, "mu": STAGES * n, "heat": STAGES * n}
+    shapes = {"k": STAGES * 2 * n, "k_q": STAGES * 2 * n, "mu": STAGES * n, "dissipation": STAGES * n}
     shapes |= {"stage_q": 2 * n, "slip": 2 * n, "curve": DEGREE * 2 * n, "bend": 3 * DEGREE}
     most = 3 * MOST_FAST
     shapes |= {"fast": MOST_FAST, "angle": most, "reactions": 6 * n, "bends": most * MOST_FAST}
@@ -423,10 +423,8 @@ def begin(run: SpaceRun) -> None:
     motion = run.motion
     for counted in (motion.slip, motion.work, motion.opened, motion.closed):
         counted[:] = 0
-    motion.set(
-        passes=0, step=0, time=0.0, entered=False, under_way=False, concerned=-1, crowd=0, events=0, error=0.0
-    )
-    motion.set(node=-1, kind=EventKind.LOAD_STEP, signature=0, last_states=0)
+    motion.set(passes=0, step=0, time=0.0, entered=False, under_way=False, concerned=-1, events=0, error=0.0)
+    motion.set(events_in_step=0, node=-1, kind=EventKind.LOAD_STEP, signature=0, last_states=0)
     run.step.set(method=EXPLICIT)
     run.control.set(h=1.0, long=1.0, wait=0, apex_ahead=np.inf, taken=0)
 

@@ -376,7 +376,7 @@ def spread_rates(sp: Slipping, st: Step, stage: int) -> None:
     s, k, start = sp.s, st.k, stage * 2 * st.n
     for a in range(s):
         mu = sp.speed[a]
-        st.mu[stage * st.n + a], st.heat[stage * st.n + a] = mu, sp.size[a] * mu
+        st.mu[stage * st.n + a], st.dissipation[stage * st.n + a] = mu, sp.size[a] * mu
         k[start + 2 * a], k[start + 2 * a + 1] = mu * sp.unit[2 * a], mu * sp.unit[2 * a + 1]
     for c in range(2 * s):
         total = sp.load_q[c]

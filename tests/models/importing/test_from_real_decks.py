@@ -18,7 +18,7 @@ from shakedown.models.importing.templates import (
     import_template_names,
     write_import_example,
 )
-from shakedown.models.readers.text import InputFiles
+from shakedown.models.readers.parsing import InputFiles
 from shakedown.models.readers.toml_table import TomlTable
 
 

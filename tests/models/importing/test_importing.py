@@ -12,7 +12,7 @@ import shakedown
 from shakedown import LoadCase, ProblemError, condense, import_model
 from shakedown.models.importing.import_model import import_problem
 from shakedown.models.importing.load_section import time_function
-from shakedown.models.readers.text import InputFiles
+from shakedown.models.readers.parsing import InputFiles
 from shakedown.models.readers.toml_table import TomlTable
 
 

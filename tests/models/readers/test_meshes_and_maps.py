@@ -13,7 +13,7 @@ from shakedown.models.readers.mesh import CORNERS, EDGES, Mesh
 from shakedown.models.readers.mesh_files import read_coordinates
 from shakedown.models.readers.nastran import read_analysis_set, read_grids
 from shakedown.models.readers.nodal_vectors import read_vectors_table
-from shakedown.models.readers.text import read_table
+from shakedown.models.readers.parsing import read_table
 
 BRICKS = """*HEADING
 Two bricks on each other
