@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shakedown.bounds.energy.energy_ball import no_ball_holds
 from shakedown.bounds.every_state.universal_bound import universal_bound
 from shakedown.ground.constants import (
     DISTINCT,
@@ -24,12 +25,11 @@ from shakedown.ground.constants import (
     THREE_DIGITS,
     FloatArray,
 )
-from shakedown.ground.errors import Missing, attempt_any
+from shakedown.ground.errors import attempt_any
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words, short
 from shakedown.ground.status import OPEN, Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.ground.work_limit import on_one_thread, work_again
-from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import can_drift
@@ -38,7 +38,7 @@ from shakedown.long_term.motion_start import (
     BELOW,
     MotionStart,
     above_lambda_max,
-    known_limits,
+    known_limit,
     lambda_max,
     proof_from_start,
 )
@@ -365,8 +365,9 @@ def overruled_by_proofs(state: LongTermState) -> LongTermState:
     proof, slip = proof_from_start(origin), goal.u[origin.problem.layout.slips]
     if not proof and not opened and not of_start_only:
         proof = proof_from_every_state(origin)
-    about_here = not proof and has_begun and not _closes(state, THREE_DIGITS)  # at the start λ_E has decided
-    if about_here and ball_about(origin, slip, opened) is not None:
+    here = not proof and has_begun and not _closes(state, THREE_DIGITS)  # at the start λ_E has decided
+    asked = origin.problem, origin.load_factor, slip, opened, origin.tolerances
+    if here and not attempt_any(no_ball_holds, *asked, transient=False) and ball_about(origin, slip, opened):
         proof = "an energy ball holds the state that it has come to"
     if not proof:
         return state if of_start_only else _proved_to_slip(state)
@@ -429,16 +430,14 @@ def _with_last_cycle(state: LongTermState, outcome: Outcome, reason: str) -> Lon
 @on_one_thread
 def proof_from_every_state(origin: MotionStart) -> str:
     """What proves it from every state in which all nodes are closed, in words; empty where nothing does."""
-    known = known_limits(origin.problem)
-    every = known["universal"] if "universal" in known else _every_state(origin.problem)[0]
+    every, _ = _every_state(origin.problem)
     return f"below λ_U = {short(every)}, from every state" if origin.load_factor < BELOW * every else ""
 
 
-@once_per_problem
 def _every_state(problem: Problem) -> tuple[float, float]:
     """λ_U, and up to which load factor no admissible slip opens a node; 0 where they come to no end."""
-    found = attempt_any(universal_bound, problem)
-    return (0.0, 0.0) if isinstance(found, Missing) else (found.load_factor, found.lift_off_bound)
+    found = known_limit(problem, "universal", universal_bound)
+    return (0.0, 0.0) if found is None else (found.load_factor, found.lift_off_bound)
 
 
 NOT_CERTAIN = "a cycle exists, not certainly the one that this motion reaches"
