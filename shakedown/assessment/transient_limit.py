@@ -213,11 +213,11 @@ class History:
 
 
 def _certain(history: History, top: float) -> list[float]:
-    """The load factors up to which shakedown is proved from the start, within the scan."""
+    """The load factors up to which shakedown is proved from the start, as far as ``top``."""
     origin = MotionStart(history.problem, 0.0, history.tolerances, history.start, history.open_nodes)
     bounds = (bound_of_start(origin), bound_of_start(origin, "accumulated"))
-    ends = [bound.load_factor for bound in bounds if not isinstance(bound, Missing)]
-    return [nextafter(CERTAIN * end, 0.0) for end in ends if 0.0 < end < top]
+    ends = [nextafter(CERTAIN * bound.load_factor, 0.0) for bound in bounds if not isinstance(bound, Missing)]
+    return [end for end in ends if 0.0 < end <= top]
 
 
 def _narrowed(history: History, low: float, high: float, width: float, coarse: float) -> tuple[float, float]:
