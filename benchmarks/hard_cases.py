@@ -77,13 +77,8 @@ def mixed_units() -> Problem:
 def amplitude(size: float) -> Problem:
     problem = joint(9, 3)
     q0, p0 = problem.q_w.mean(axis=0), problem.p_w.mean(axis=0)
-    return replace(
-        problem,
-        q_w=q0 + size * (problem.q_w - q0),
-        p_w=p0 + size * (problem.p_w - p0),
-        q_mean=q0,
-        p_mean=p0,
-    )
+    q_w, p_w = q0 + size * (problem.q_w - q0), p0 + size * (problem.p_w - p0)
+    return replace(problem, q_w=q_w, p_w=p_w, q_mean=q0, p_mean=p0)
 
 
 def no_slack() -> Problem:

@@ -11,11 +11,14 @@ from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
+
 import shakedown
 from benchmarks.bodies.lap_joint import lap_joint
 from benchmarks.display import listed
 from benchmarks.half_space import half_space
 from shakedown import Problem
+from shakedown.fem import ElasticBody, Force, Material, Pressure, Support, brick_mesh, contact_problem
 from shakedown.report.html import write_report
 
 TITLE = "Real joints: processor time of verify with its report, of the bounds and of maps"
@@ -27,11 +30,26 @@ JOINTS: dict[str, Callable[[], Problem]] = {
     "lap joint, 189 pairs": lambda: lap_joint((36, 8, 3)),
     "lap joint, 441 pairs": lambda: lap_joint((36, 20, 3)),
     "lap joint, 675 pairs": lambda: lap_joint((48, 24, 3)),
+    "plates, 169 pairs": lambda: plates(12),
+    "plates, 441 pairs": lambda: plates(20),
 }
 LARGE = "half-space 45 × 45"  # 2,025 pairs: λ_max alone
 BOUNDS = ("λ_max", "λ_E", "λ_U")
 MAPS = {"two-node": (0.7, 100_000), "four-node-3d": (1.0, 10_000)}  # load factor, states
 FEWER = 100  # times fewer states in the short form
+
+
+def plates(k: int) -> Problem:
+    """Two plates of k × k elements, pressed together; friction alone holds the upper one, drawn round."""
+    loads = [
+        Pressure("top", 40.0, history=np.ones(24)),
+        Force("top", (6000.0, 0.0, 0.0), history=lambda t: np.cos(2 * np.pi * t)),
+        Force("top", (0.0, 4000.0, 0.0), history=lambda t: np.sin(2 * np.pi * t)),
+    ]
+    above, below = (brick_mesh((40.0, 40.0, 12.0), (k, k, 4), origin=(0.0, 0.0, z)) for z in (12.0, 0.0))
+    upper = ElasticBody(above, Material(210e3, 0.3), loads=loads)
+    lower = ElasticBody(below, Material(210e3, 0.3), supports=[Support("bottom")])
+    return contact_problem(upper, "bottom", f=0.3, against=(lower, "top"), steps=24)
 
 
 def cases(short: bool) -> list[dict]:
@@ -67,13 +85,10 @@ def joint_of(name: str) -> Problem:
     """A joint by name, or of a file; compiled code is there already when its time is taken."""
     if name == LARGE:
         return half_space(45, 45)
-    joint = JOINTS[name]() if name in JOINTS else _of_file(name)
+    load = shakedown.load_problem if Path(name).exists() else shakedown.example
+    joint = JOINTS[name]() if name in JOINTS else load(name)
     shakedown.simulate(joint, 0.0, cycles=1)
     return joint
-
-
-def _of_file(name: str) -> Problem:
-    return shakedown.load_problem(name) if Path(name).exists() else shakedown.example(name)
 
 
 def _verified(joint: Problem) -> dict:

@@ -374,7 +374,7 @@ class JointLimits(Result):
             if kind is None or not isinstance(limit, Bound):
                 continue
             if kind.claim in (Claim.IMPOSSIBLE, Claim.EVERY_STATE):
-                known_limits(self.problem)[name] = limit.load_factor
+                known_limits(self.problem)[name] = limit
             elif kind.claim == Claim.THIS_STATE and self.distance == 0.0 and not limit.undecided:
                 store_bound(origin(start=found.initial_slip), limit)
 

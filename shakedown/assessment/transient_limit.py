@@ -197,9 +197,7 @@ class History:
 
     def at(self, load_factor: float) -> LongTermState:
         """The state at a load factor, which is recorded."""
-        if load_factor not in self.runs:
-            self.runs[load_factor] = self.followed(load_factor)
-        return self.runs[load_factor]
+        return self.runs.setdefault(load_factor, self.followed(load_factor))
 
     def followed(self, load_factor: float) -> LongTermState:
         """The same without a record."""
@@ -215,31 +213,32 @@ class History:
 
 
 def _certain(history: History, top: float) -> list[float]:
-    """The load factors up to which shakedown is proved from the start, within the scan."""
+    """The load factors up to which shakedown is proved from the start, as far as ``top``."""
     origin = MotionStart(history.problem, 0.0, history.tolerances, history.start, history.open_nodes)
     bounds = (bound_of_start(origin), bound_of_start(origin, "accumulated"))
-    ends = [bound.load_factor for bound in bounds if not isinstance(bound, Missing)]
-    return [nextafter(CERTAIN * end, 0.0) for end in ends if 0.0 < end < top]
+    ends = [nextafter(CERTAIN * bound.load_factor, 0.0) for bound in bounds if not isinstance(bound, Missing)]
+    return [end for end in ends if 0.0 < end <= top]
 
 
 def _narrowed(history: History, low: float, high: float, width: float, coarse: float) -> tuple[float, float]:
     """Narrow the change from shakedown to a width; towards an undecided state in space to the coarse width.
 
     Where such states begin depends on the cycles allowed; where a body begins to slide away does not.
-    Most joints cycle right above what is proved. For large ones the interval in which bisection would
-    then end is tried first.
+    Most joints cycle right above what is proved: for large ones the distance from there is doubled first,
+    beginning with the interval in which bisection would end.
     """
 
     def is_open(load_factor: float) -> bool:
-        found = history.runs.get(load_factor)
-        if history.problem.directions == 1 or found is None:
-            return False
-        return found.outcome == Outcome.UNDECIDED and not found.slides_away
+        found, in_space = history.at(load_factor), history.problem.directions > 1
+        return in_space and found.outcome == Outcome.UNDECIDED and not found.slides_away
 
-    if takes_long(history.problem) and low in _certain(history, high):
-        first = bisected(lambda _: False, low, high, lambda _: width)[1]
-        if not history.shakes_down(first) and not is_open(first):
-            return low, first
+    if takes_long(history.problem) and isfinite(high) and low in _certain(history, high):
+        ends = [high]
+        while ends[-1] - low > width:
+            ends.append(0.5 * (low + ends[-1]))
+        while len(ends) > 1 and history.shakes_down(ends[-1]):
+            low = ends.pop()
+        high = high if is_open(ends[-1]) else ends[-1]
     return bisected(history.shakes_down, low, high, lambda end: max(width, coarse) if is_open(end) else width)
 
 

@@ -236,7 +236,8 @@ def _checked_start(
 def _bisected(search: ArcSearch, proved: float) -> tuple[float, SlipArcs, NoSlipBound | None]:
     """The largest load factor, from one that is proved, with the arcs there, and why it is no larger.
 
-    Conditions at a load factor cover all smaller ones.
+    Conditions at a load factor cover all smaller ones, and how they fail shows the later the larger it is:
+    where they have failed once the distance from what is proved is doubled again, from a small one on.
     """
     search, arcs = search.closed(proved)
     accuracy, elastic = ACCURACY[search.cells.d], search.slacks.elastic
@@ -251,8 +252,10 @@ def _bisected(search: ArcSearch, proved: float) -> tuple[float, SlipArcs, NoSlip
             search, arcs = search.closed(at)
             low, at = at, min(2.0 * at - proved, 0.5 * (at + high))
         except NoSlipBound as reason:
-            high, why = at, reason
-            at = 0.5 * (low + high)
+            proved = low if high == inf else proved
+            high, at, why = at, 0.5 * (low + at), reason
+            while low == proved and at - low > 64.0 * accuracy * high:
+                at = 0.5 * (low + at)
     return low, arcs, why
 
 

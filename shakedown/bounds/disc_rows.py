@@ -143,8 +143,7 @@ class DiscRows:
     @property
     def flat(self) -> FloatArray:
         """N as a matrix, (3n, k)."""
-        nodes, triple, k = self.stiffness.shape
-        return self.stiffness.reshape(nodes * triple, k)
+        return self.stiffness.reshape(CONE * len(self.stiffness), self.stiffness.shape[-1])
 
     def slack(self, x: FloatArray, load_factor: float) -> tuple[FloatArray, FloatArray]:
         """f p − |q| of every disc, and what the half-spaces leave, at unknowns (k,) [force, length]."""

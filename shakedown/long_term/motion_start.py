@@ -1,6 +1,6 @@
 """The first cycles of a motion, and what bounds are known of its start."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from math import inf
 from typing import Any, NamedTuple, TypeGuard
@@ -13,7 +13,7 @@ from shakedown.bounds.energy.energy_ball import no_ball_holds
 from shakedown.bounds.energy.energy_bound import energy_bound
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.constants import ERROR_FACTOR, NEGLIGIBLE, FloatArray
-from shakedown.ground.errors import Missing, attempt_any
+from shakedown.ground.errors import Missing, attempt_any, present
 from shakedown.ground.status import OPEN, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import once_per_problem
@@ -268,15 +268,25 @@ def _bounds_of_starts(problem: Problem) -> dict[object, Any]:
 
 
 @once_per_problem
-def known_limits(problem: Problem) -> dict[str, float]:
+def known_limits(problem: Problem) -> dict[str, Bound | Missing]:
     """λ_max and λ_U of a problem with all nodes closed, by their words, where they are known."""
     return {}
 
 
-def lambda_max(problem: Problem) -> float:
-    """λ_max with all nodes closed, computed once; inf where unbounded, NaN where no slip is safe."""
+def known_limit(problem: Problem, name: str, find: Callable[[Problem], Bound]) -> Bound | None:
+    """One of these limits, computed once; None where it comes to no end."""
     known = known_limits(problem)
-    if "upper" not in known:
-        found = attempt_any(upper_bound, problem)
-        known["upper"] = inf if isinstance(found, Missing) else found.load_factor
-    return known["upper"]
+    if name not in known:
+        known[name] = attempt_any(find, problem)
+    return present(known[name])
+
+
+def lambda_max(problem: Problem) -> float:
+    """λ_max with all nodes closed; inf where unbounded, NaN where no slip is safe."""
+    found = known_limit(problem, "upper", upper_bound)
+    return inf if found is None else found.load_factor
+
+
+def above_lambda_max(origin: MotionStart) -> bool:
+    """Whether a load factor is known to exceed λ_max, beyond its round-off."""
+    return "upper" in known_limits(origin.problem) and origin.load_factor > ABOVE * lambda_max(origin.problem)

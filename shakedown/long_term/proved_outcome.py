@@ -5,13 +5,13 @@ from math import inf
 
 import numpy as np
 
+from shakedown.bounds.energy.energy_ball import no_ball_holds
 from shakedown.bounds.every_state.universal_bound import universal_bound
 from shakedown.ground.constants import SIX_DIGITS, THREE_DIGITS
-from shakedown.ground.errors import Missing, attempt_any
+from shakedown.ground.errors import attempt_any
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import OPEN, Outcome
 from shakedown.ground.work_limit import on_one_thread, work_again
-from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import can_drift
@@ -38,14 +38,14 @@ def overruled_by_proofs(state: LongTermState) -> LongTermState:
     origin, goal, has_begun = state.origin, state.goal, state.cycles_simulated > 0
     problem, opened = origin.problem, tuple(np.flatnonzero(goal.contact == OPEN).tolist())
     of_start_only = not has_begun and len(transient_path(problem)) > 0
-    above = origin.load_factor > ABOVE * motion_start.known_limits(problem).get("upper", inf)
-    if above and not of_start_only and not opened:
+    if not of_start_only and not opened and motion_start.above_lambda_max(origin):
         return _proved_to_slip(state)
     proof, slip = proof_from_start(origin), goal.u[problem.layout.slips]
     if not proof and not opened and not of_start_only:
         proof = proof_from_every_state(origin)
-    about_here = not proof and has_begun and not _closes(state, THREE_DIGITS)  # at the start λ_E has decided
-    if about_here and ball_about(origin, slip, opened) is not None:
+    here = not proof and has_begun and not _closes(state, THREE_DIGITS)  # at the start λ_E has decided
+    asked = problem, origin.load_factor, slip, opened, origin.tolerances
+    if here and not attempt_any(no_ball_holds, *asked, transient=False) and ball_about(origin, slip, opened):
         proof = "an energy ball holds the state that it has come to"
     if not proof:
         return state if of_start_only else _proved_to_slip(state)
@@ -108,16 +108,14 @@ def _with_last_cycle(state: LongTermState, outcome: Outcome, reason: str) -> Lon
 @on_one_thread
 def proof_from_every_state(origin: MotionStart) -> str:
     """What proves it from every state in which all nodes are closed, in words; empty where nothing does."""
-    known = motion_start.known_limits(origin.problem)
-    every = known["universal"] if "universal" in known else _every_state(origin.problem)[0]
+    every, _ = _every_state(origin.problem)
     return f"below λ_U = {short(every)}, from every state" if origin.load_factor < BELOW * every else ""
 
 
-@once_per_problem
 def _every_state(problem: Problem) -> tuple[float, float]:
     """λ_U, and up to which load factor no admissible slip opens a node; 0 where they come to no end."""
-    found = attempt_any(universal_bound, problem)
-    return (0.0, 0.0) if isinstance(found, Missing) else (found.load_factor, found.lift_off_bound)
+    found = motion_start.known_limit(problem, "universal", universal_bound)
+    return (0.0, 0.0) if found is None else (found.load_factor, found.lift_off_bound)
 
 
 @on_one_thread

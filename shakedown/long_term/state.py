@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import islice
 from math import inf, log, nan
 from typing import Any, ClassVar
 
@@ -429,19 +430,19 @@ def slip_proof(state: LongTermState) -> EnergyProof:
     """The proof by accumulated slip (docs/accumulated.md), of all nodes closed.
 
     The start is asked about, then the state at rest. Where that one proves nothing, states near it hardly
-    do; where it does, the states after 1, 2, 4, … cycles are asked about, with the error of their path.
+    do; where it does, the states after 1, 2, 4, … cycles are asked about, with the error of their path. No
+    state is known better than a path is resolved.
     """
     origin = state.origin
     further = motion_start.total_slip_from_start(origin)
     if further < inf:
         return EnergyProof(True, cycles=0, by=SLIP, further=further)
     loop = _after_transient(origin.problem)
-    if state.open_nodes or not motion_start.total_slip_from(loop, origin.load_factor, state.final_slip) < inf:
-        return NO_PROOF
     known = path_resolution(loop, origin.tolerances) * scales(loop, origin.load_factor).length
-    for passed in origin.passed(state.first_cycles, min(state.cycles_examined, MOST_EXAMINED)):
-        if passed.cycles > MOST_EXAMINED:
-            break
+    at_rest = motion_start.total_slip_from(loop, origin.load_factor, state.final_slip, known)
+    if state.open_nodes or not at_rest < inf:
+        return NO_PROOF
+    for passed in islice(origin.passed(state.first_cycles, state.cycles_examined), MOST_EXAMINED):
         if passed.open_nodes or passed.cycles & (passed.cycles - 1):
             continue
         further = motion_start.total_slip_from(loop, origin.load_factor, passed.slip, known + passed.error)

@@ -63,13 +63,6 @@ class Scaling:
         w = self.cones.parts(self._back)[0]
         return _rotation(w) / self.factor[: len(w), None, None]
 
-    def inverse_squares(self) -> FloatArray:
-        """W⁻² on the cones of three numbers, (j, 3, 3)."""
-        w = self.cones.parts(self._back)[0]
-        squares = 2.0 * w[:, :, None] * w[:, None, :] + np.eye(CONE)
-        squares[:, 0, 0] -= 2.0
-        return np.asarray(squares / self.factor[: len(w), None, None] ** 2)
-
     def inverse_of_large(self) -> FloatArray:
         """W⁻¹ on the large cone, (q, q)."""
         return np.asarray(_rotation(self.cones.parts(self._back)[2][None])[0] / self.factor[-1])
@@ -135,8 +128,7 @@ class Cones:
         return np.asarray(np.add.reduceat(u, self.heads) if self.degree else u)
 
     def _lengths(self, u: FloatArray) -> FloatArray:
-        tail = u * self._tail
-        return np.sqrt(self._sums(tail * tail))
+        return np.sqrt(self._sums(u * u * self._tail))
 
     def _sizes_of(self, u: FloatArray) -> FloatArray:
         """The root of u₀² − |u₁|², without cancellation."""
@@ -326,7 +318,8 @@ class DiscProgram:
 
         From one 3 × 3 block per node; on the cone of the length of y W⁻² = (2 w wᵀ + I − 2 e₀ e₀ᵀ) / factor².
         """
-        r, p, squares = self.rank, len(self.cost), scaling.inverse_squares()
+        r, p, inverses = self.rank, len(self.cost), scaling.inverses()
+        squares = inverses @ inverses
         rows = self.rows_extra / scaling.of_numbers**2
         of_nodes = self.sums(squares.reshape(len(squares), CONE**2)).reshape(-1, CONE, CONE)
         values, vectors = np.linalg.eigh(of_nodes)  # round-off may make one negative
@@ -348,14 +341,23 @@ class DiscProgram:
         return _by_cholesky(normal)
 
     def orthogonal_factor(self, scaling: Scaling) -> Solve:
-        """The same equations solved by a triangular factor of W⁻¹ M, where no squaring hides small rows."""
-        discs = scaling.inverses() @ self.columns(np.arange(len(self.node)))
+        """The same equations solved by a triangular factor of W⁻¹ M, where no squaring hides small rows.
+
+        The discs of a node share its coefficients of y: a factor of their own leaves 3 + p rows of them.
+        """
+        order, inverses = np.argsort(self.node, kind="stable"), scaling.inverses()
+        node, n, size = self.node[order], len(self.blocks), CONE + len(self.cost)
+        place = np.arange(len(node)) - np.searchsorted(node, node)  # of a disc among those of its node
+        of_nodes = np.zeros((n, place.max(initial=-1) + 1, CONE, size))
+        of_nodes[node, place] = np.concatenate([inverses, inverses @ self.extra], axis=2)[order]
+        stacked = _large_first(of_nodes.reshape(n, CONE * of_nodes.shape[1], size))
+        R = np.asarray(np.linalg.qr(stacked, mode="r"))
+        discs = np.concatenate([R[:, :, :CONE] @ self.blocks, R[:, :, CONE:]], axis=2)
         rows = np.hstack([self.rows, self.rows_extra]) / scaling.of_numbers
-        parts = [discs.reshape(CONE * len(discs), rows.shape[1]), rows]
+        parts = [discs.reshape(n * R.shape[1], rows.shape[1]), rows]
         if self.norm is not None:
-            bound = np.zeros((self.rank + 1, rows.shape[1]))
-            bound[0, self.rank :], bound[1:, : self.rank] = self.norm, np.eye(self.rank)
-            parts.append(scaling.inverse_of_large() @ bound)
+            inverse = scaling.inverse_of_large()
+            parts.append(np.hstack([inverse[:, 1:], np.outer(inverse[:, 0], self.norm)]))
         return _by_orthogonal_factor(np.vstack(parts))
 
 
@@ -369,14 +371,17 @@ def _by_cholesky(normal: FloatArray) -> Solve:
     return lambda right: np.asarray(unit * lapack.dpotrs(factor, unit * right, lower=1)[0])
 
 
+def _large_first(rows: FloatArray) -> FloatArray:
+    """Rows (…, k, N) in the order of their size, which keeps small ones accurate in an orthogonal factor."""
+    order = np.argsort(-np.abs(rows).max(axis=-1, initial=0.0), axis=-1, kind="stable")
+    return np.take_along_axis(rows, order[..., None], axis=-2)
+
+
 def _by_orthogonal_factor(root: FloatArray) -> Solve:
     """Solutions with rootᵀ root; components outside its row space stay zero. Raises ``LinAlgError``."""
     lengths = np.linalg.norm(root, axis=0)
     unit = 1.0 / np.where(lengths > 0, lengths, 1.0)
-    rows = root * unit
-    # large ones first: that keeps small ones accurate
-    rows = rows[np.argsort(-np.abs(rows).max(axis=1, initial=0.0), kind="stable")]
-    R, order = qr(rows, mode="r", pivoting=True, check_finite=False)
+    R, order = qr(_large_first(root * unit), mode="r", pivoting=True, check_finite=False)
     sizes = np.abs(np.diag(R))
     rank = int(np.count_nonzero(sizes > RANK * len(sizes) * sizes.max(initial=0.0)))
     known, R = order[:rank], R[:rank, :rank]

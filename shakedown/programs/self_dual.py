@@ -110,7 +110,7 @@ def _shared(rows: DiscProgram, earlier: Points) -> Points:
 def _followed(rows: DiscProgram, usable: float, shared: Points, enough: StopTest) -> SelfDualSolution:
     unit, path = rows.cones.unit, list(shared)
     point = path[-1] if path else Point(np.zeros(len(rows.costs)), unit, unit, 1.0, 1.0)
-    seen = _seen(rows, point)
+    seen = rows.times(point.x), rows.transposed(point.y)
     best, idle = _judged(rows, point, seen), 0
     for _ in range(ITERATIONS):
         # near enough to stop after two iterations without progress
@@ -129,7 +129,7 @@ def _followed(rows: DiscProgram, usable: float, shared: Points, enough: StopTest
         if not (np.isfinite(point.x).all() and point.tau > 0 and point.kappa > 0):
             break
         path.append(point)
-        seen = _seen(rows, point)
+        seen = rows.times(point.x), rows.transposed(point.y)
         found = _judged(rows, point, seen)
         x, s, y = (part / point.tau for part in point[:3])
         if enough(x, y):
@@ -189,13 +189,8 @@ def balanced_multipliers(rows: DiscProgram, point: Point) -> FloatArray:
     return point.y - dy
 
 
-def _seen(rows: DiscProgram, point: Point) -> tuple[FloatArray, FloatArray]:
-    """G x and Gᵀ y."""
-    return rows.times(point.x), rows.transposed(point.y)
-
-
 def _judged(rows: DiscProgram, point: Point, seen: tuple[FloatArray, FloatArray]) -> SelfDualSolution:
-    """The point as an optimum or as a proof that there is none, whichever it is nearer to."""
+    """The point, with G x and Gᵀ y, as an optimum or as a proof of none, whichever it is nearer to."""
     x, s, y, tau = point.x, point.s, point.y, point.tau
     h, c = rows.limits, rows.costs
     size_h, size_c = _sizes(rows)

@@ -65,3 +65,15 @@ def test_a_program_that_differs_little_shares_the_way_to_its_end(little):
     assert shared.path[0] is first.path[0] or not little
     assert shared.status == alone.status
     np.testing.assert_allclose(shared.x[-1], alone.x[-1], rtol=1e-9)
+
+
+@pytest.mark.parametrize("norm", [True, False])
+def test_either_factor_solves_the_normal_equations(norm):
+    discs = program(1, norm=norm)
+    discs = replace(discs, node=np.minimum(discs.node, 2))  # nodes with 3, 3, 6 discs and with none
+    rng, unit = np.random.default_rng(1), discs.cones.unit
+    slack, multipliers = (unit + 0.3 * rng.uniform(-1.0, 1.0, len(unit)) for _ in range(2))
+    scaling, x = discs.cones.scaling(slack, multipliers), rng.normal(size=len(discs.costs))
+    right = discs.transposed(scaling.divided(scaling.divided(discs.times(x))))
+    for factor in (discs.normal_equations, discs.orthogonal_factor):
+        np.testing.assert_allclose(factor(scaling)(right), x, rtol=1e-9)

@@ -240,7 +240,8 @@ def largest_ball(limits: BallLimits, load_factor: float, *, split: bool) -> Foun
 
         def up_to(cap: float, earlier: Points) -> FoundBall:
             program, unit = about.radius_program(cap), about.unit_of_radius / about.length
-            return _solved(each, about, start, program, partial(_largest_radius, about), earlier, unit=unit)
+            allowed = partial(_largest_margin, about, share=0.0)
+            return _solved(each, about, start, program, allowed, earlier, unit=unit)
 
         found = up_to(inf, earlier)
         if found.status != Status.UNBOUNDED:
@@ -388,17 +389,11 @@ def _is_solved(found: FoundBall | Missing) -> TypeGuard[FoundBall]:
     return not isinstance(found, Missing) and found.status != Status.INFEASIBLE
 
 
-def _largest_margin(about: LimitsAbout, y: FloatArray) -> tuple[float, float]:
-    """The largest R that the limits leave at y, NaN where they know none, and R − ‖y‖, relative [length]."""
+def _largest_margin(about: LimitsAbout, y: FloatArray, share: float = 1.0) -> tuple[float, float]:
+    """The largest R that the limits leave at y, NaN where they know none, and R − share ‖y‖ [length]."""
     wide, slack = about.s > 0, about.slack(y)
     radius = float(np.min(slack[wide] / about.s[wide])) if wide.any() else nan
-    return radius * about.length, (radius - float(np.linalg.norm(y))) * about.length
-
-
-def _largest_radius(about: LimitsAbout, y: FloatArray) -> tuple[float, float]:
-    """The same R twice: as the radius and as the value."""
-    radius, _ = _largest_margin(about, y)
-    return radius, radius
+    return radius * about.length, (radius - share * float(np.linalg.norm(y))) * about.length
 
 
 def _largest_load(about: LimitsAbout, y: FloatArray) -> tuple[float, float]:

@@ -339,13 +339,15 @@ def no_ball_holds(
     state: FloatArray,
     open_nodes: tuple[int, ...],
     tolerances: Tolerances,
+    transient: bool = True,
 ) -> bool:
-    """Whether it is proved, sooner than λ_E is found, that no ball holds a state before the transient.
+    """Whether it is proved, sooner than λ_E or the best ball is found, that no ball holds a state.
 
-    Where there are no shares to choose λ_E is one program, and says so itself.
+    Before the transient, or after it. Where there are no shares to choose these are one program, and say so
+    themselves.
     """
     zone = contact_zone(problem, open_nodes, tolerances=tolerances)
-    limits = ball_limits(zone, tolerances=tolerances)
+    limits = ball_limits(zone, transient=transient, tolerances=tolerances)
     if not limits.own.any() or without_margin(zone, limits):
         return False
     return held_by_none(limits, load_factor, _of_closed(zone, limits, state))
