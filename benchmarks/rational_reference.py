@@ -77,19 +77,6 @@ def positive_dependence(rows: list[Row]) -> Row | None:
     return y if min(y) > 0 else None
 
 
-def best_intersection(matrix: list[Row], right: Row) -> Fraction | None:
-    """The largest λ ≥ 0 of the intersections of n + 1 rows that are safe; None without any."""
-    best = None
-    for subset in combinations(range(len(matrix)), len(matrix[0])):
-        x = solve_fractions([matrix[i] for i in subset], [right[i] for i in subset])
-        if x is None or x[-1] < 0 or (best is not None and x[-1] <= best):
-            continue
-        values = (sum(a * b for a, b in zip(row, x, strict=True)) for row in matrix)
-        if all(value <= g for value, g in zip(values, right, strict=True)):
-            best = x[-1]
-    return best
-
-
 def solve_fractions(matrix: list[Row], right: Row) -> Row | None:
     """The solution of a square system; None where it is singular."""
     rows = [[*row, x] for row, x in zip(matrix, right, strict=True)]

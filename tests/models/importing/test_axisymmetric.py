@@ -9,7 +9,7 @@ from model_files import RING, changed
 from shakedown import ProblemError, import_model
 from shakedown.models.readers.mesh import Mesh
 
-YOUNG, POISSON = 210e3, 0.3
+YOUNG = 210e3
 BORE, FIT, RIM, LENGTH, INTERFERENCE = 4.0, 10.0, 20.0, 6.0, 0.01
 
 
