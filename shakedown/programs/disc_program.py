@@ -50,8 +50,9 @@ class Scaling:
         return self._spread * self.cones.rotated(self.axis, vector)
 
     def divided(self, vector: FloatArray) -> FloatArray:
-        """W⁻¹ · vector."""
-        return np.asarray(self.cones.rotated(self._back, vector) / self._spread)
+        """W⁻¹ · vector, or · each of several, (N, c)."""
+        spread = self._spread if vector.ndim == 1 else self._spread[:, None]
+        return np.asarray(self.cones.rotated(self._back, vector) / spread)
 
     @property
     def of_numbers(self) -> FloatArray:
@@ -60,15 +61,7 @@ class Scaling:
 
     def inverses(self) -> FloatArray:
         """W⁻¹ on the cones of three numbers, (j, 3, 3)."""
-        w = self.cones.parts(self._back)[0]
-        return _rotation(w) / self.factor[: len(w), None, None]
-
-    def inverse_squares(self) -> FloatArray:
-        """W⁻² on the cones of three numbers, (j, 3, 3)."""
-        w = self.cones.parts(self._back)[0]
-        squares = 2.0 * w[:, :, None] * w[:, None, :] + np.eye(CONE)
-        squares[:, 0, 0] -= 2.0
-        return np.asarray(squares / self.factor[: len(w), None, None] ** 2)
+        return _rotation(self.cones.parts(self._back)[0]) / self.factor[: self.cones.triples, None, None]
 
     def inverse_of_large(self) -> FloatArray:
         """W⁻¹ on the large cone, (q, q)."""
@@ -132,11 +125,10 @@ class Cones:
         return u[:first].reshape(-1, CONE), u[first:last], u[last:]
 
     def _sums(self, u: FloatArray) -> FloatArray:
-        return np.asarray(np.add.reduceat(u, self.heads) if self.degree else u)
+        return np.asarray(np.add.reduceat(u, self.heads, axis=0) if self.degree else u)
 
     def _lengths(self, u: FloatArray) -> FloatArray:
-        tail = u * self._tail
-        return np.sqrt(self._sums(tail * tail))
+        return np.sqrt(self._sums(u * u * self._tail))
 
     def _sizes_of(self, u: FloatArray) -> FloatArray:
         """The root of u₀² − |u₁|², without cancellation."""
@@ -161,8 +153,10 @@ class Cones:
         return found
 
     def rotated(self, axis: FloatArray, u: FloatArray) -> FloatArray:
-        """The hyperbolic rotations that take unit vectors to the axes, applied to u."""
-        along, first, of_axis = self._sums(axis * u * self._tail), u[self.heads], axis[self.heads]
+        """The hyperbolic rotations that take unit vectors to the axes, applied to u, (N,) or (N, c)."""
+        tail = axis * self._tail
+        axis, tail = (axis, tail) if u.ndim == 1 else (axis[:, None], tail[:, None])
+        along, first, of_axis = self._sums(tail * u), u[self.heads], axis[self.heads]
         found = u + axis * (first + along / (1.0 + of_axis))[self.cone]
         found[self.heads] = of_axis * first + along
         return np.asarray(found)
@@ -199,6 +193,7 @@ def _rotation(axis: FloatArray) -> FloatArray:
     return np.asarray(found)
 
 
+FEW = 24_000  # coefficients: beyond, the normal equations of all blocks take less time
 RANK = np.finfo(float).eps  # relative size, per row, of a diagonal of the factor that counts as zero
 
 Places = NDArray[np.intp]
@@ -283,8 +278,17 @@ class DiscProgram:
         """The cost of all columns (y, w)."""
         return np.append(np.zeros(self.rank), self.cost)
 
+    @cached_property
+    def _few(self) -> FloatArray | None:
+        """All coefficients where they are few: one product takes less time than one of every block then."""
+        few = len(self.limits) * len(self.costs) <= FEW
+        return np.transpose([self._by_blocks(unit) for unit in np.eye(len(self.costs))]) if few else None
+
     def times(self, x: FloatArray) -> FloatArray:
         """Discs, rows and bound at x = (y, w)."""
+        return self._by_blocks(x) if self._few is None else self._few @ x
+
+    def _by_blocks(self, x: FloatArray) -> FloatArray:
         y, w = x[: self.rank], x[self.rank :]
         discs = (self._flat @ y).reshape(-1, CONE)[self.node] + (self.loads @ w).reshape(-1, CONE)
         parts = [discs.ravel(), self.rows @ y + self.rows_extra @ w]
@@ -294,6 +298,8 @@ class DiscProgram:
 
     def transposed(self, z: FloatArray) -> FloatArray:
         """What multipliers of discs, rows and bound add up to."""
+        if self._few is not None:
+            return z @ self._few
         discs, rows, tail = self.cones.parts(z)
         y = self.sums(discs).ravel() @ self._flat + rows @ self.rows
         w = discs.ravel() @ self.loads + rows @ self.rows_extra
@@ -326,7 +332,11 @@ class DiscProgram:
 
         From one 3 × 3 block per node; on the cone of the length of y W⁻² = (2 w wᵀ + I − 2 e₀ e₀ᵀ) / factor².
         """
-        r, p, squares = self.rank, len(self.cost), scaling.inverse_squares()
+        if self._few is not None:
+            root = scaling.divided(self._few)
+            return _by_cholesky(root.T @ root)
+        r, p, inverses = self.rank, len(self.cost), scaling.inverses()
+        squares = inverses @ inverses
         rows = self.rows_extra / scaling.of_numbers**2
         of_nodes = self.sums(squares.reshape(len(squares), CONE**2)).reshape(-1, CONE, CONE)
         values, vectors = np.linalg.eigh(of_nodes)  # round-off may make one negative
