@@ -4,7 +4,6 @@ import warnings
 from collections.abc import Callable, Iterable
 from functools import cache
 
-import cvxpy as cp
 import highspy
 import numpy as np
 from matplotlib.figure import Figure
@@ -73,6 +72,8 @@ def by_cvxpy(solver: str | None, **settings: float) -> Peer:
     """Through cvxpy, "undecided" where the solver ends without a verdict."""
 
     def solve(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> Answer:
+        import cvxpy as cp  # slow, for those who only want the programs
+
         x = cp.Variable(len(cost))
         program = cp.Problem(cp.Minimize(cost @ x), [matrix @ x <= right, x[-1] >= 0])
         try:

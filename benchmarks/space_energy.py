@@ -84,7 +84,7 @@ def plainly(
     load_factor: float | None = None,
     least: bool = False,
 ) -> float:
-    """λ_E from a slip, the largest or the least, or the largest radius at a load factor; NaN where there is none.
+    """λ_E from a slip, the largest or the least, or the largest radius at a load factor; NaN without one.
 
     With these shares (n, d), by default the own ones, and a cone each load step.
     """
