@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from benchmarks.commands_compared import Run
 
-WORKER = Path(__file__).with_name("command_worker.py")
+WORKER = Path(__file__).with_name("worker.py")
 ALONE = dict.fromkeys(["OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMBA_NUM_THREADS"], "1")
 UNDATED = {"SOURCE_DATE_EPOCH": "0"}  # what matplotlib writes into a picture
 NO_ANSWER, ABSENT = "no answer", "(absent)"
@@ -46,8 +46,8 @@ Answer = dict[str, Any]
 class Checkout:
     """One process of a checkout's own interpreter in a folder of its own, started again where it ends."""
 
-    def __init__(self, python: str, files: dict[str, bytes], limit: float, worker: Path = WORKER) -> None:
-        self.python, self.files, self.limit, self.worker = python, files, limit, worker
+    def __init__(self, python: str, files: dict[str, bytes], limit: float) -> None:
+        self.python, self.files, self.limit = python, files, limit
         self._start()
 
     def _start(self) -> None:
@@ -58,7 +58,7 @@ class Checkout:
             path.write_bytes(content)
         told = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
         self._process = subprocess.Popen(
-            [str(Path(self.python).absolute()), "-P", str(self.worker)],  # it starts in another folder
+            [str(Path(self.python).absolute()), "-P", str(WORKER)],  # it starts in another folder
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             cwd=self._folder.name,

@@ -23,7 +23,6 @@ from benchmarks.answers import ALONE, Checkout
 from benchmarks.problems import chain
 from shakedown.report.facts import table
 
-WORKER = Path(__file__).with_name("time_worker.py")
 COMPILE = (
     "import compileall, shakedown, sys; sys.exit(not compileall.compile_dir(shakedown.__path__[0], quiet=1))"
 )
@@ -109,9 +108,7 @@ def measured(pythons: tuple[str, str], only: str, turns: int) -> Iterator[tuple[
         subprocess.run([python, "-P", "-c", COMPILE], env=_environment(), check=True)
     calls = [call for call in CALLS if only in call.title]
     with ExitStack() as stack:
-        sides = [
-            stack.enter_context(closing(Checkout(python, joint_files(), LIMIT, WORKER))) for python in pythons
-        ]
+        sides = [stack.enter_context(closing(Checkout(python, joint_files(), LIMIT))) for python in pythons]
         for call in calls:
             yield call.title, in_turns(turns, [partial(time_of, side, call) for side in sides])
     for commands, most in ((WARM, turns), (COLD, min(turns, FEW))):

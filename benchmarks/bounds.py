@@ -4,7 +4,6 @@ import warnings
 from collections.abc import Callable, Iterable
 from functools import cache
 
-import cvxpy as cp
 import highspy
 import numpy as np
 from matplotlib.figure import Figure
@@ -22,8 +21,15 @@ CERTIFIED_UP_TO = {"upper": 125, "lower": 60}  # nodes; beyond, exact arithmetic
 INTERIOR = (1e-11, 1e-10, 1e-9)  # tolerances of the interior points, the tightest that ends counts
 NODES_SAMPLED = 6  # a peer's n programs of the lower bound are timed on so many nodes, and scaled up
 
-Value = float
-Peer = Callable[[np.ndarray, np.ndarray, np.ndarray], Value]
+Answer = tuple[str, float]  # a status; the objective where it is optimal, else NaN
+Peer = Callable[
+    [np.ndarray, np.ndarray, np.ndarray], Answer
+]  # of M x ≤ right and the cost of x, the last one ≥ 0
+STATUS = {  # of HiGHS, scipy.optimize.linprog and cvxpy
+    "kOptimal": "optimal", "kInfeasible": "infeasible", "kUnbounded": "unbounded",
+    0: "optimal", 2: "infeasible", 3: "unbounded",
+    "optimal": "optimal", "infeasible": "infeasible", "unbounded": "unbounded",
+}  # fmt: skip
 
 
 def highs_model(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> highspy.Highs:
@@ -45,46 +51,47 @@ def highs_model(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> high
     return solver
 
 
-def highspy_raw(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> Value:
+def _answer(status: str | int, value: float | None) -> Answer:
+    said = STATUS.get(status, "undecided")
+    return said, float(value) if said == "optimal" else np.nan
+
+
+def by_highs(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> Answer:
     solver = highs_model(matrix, right, cost)
     solver.run()
-    return solver.getObjectiveValue() if solver.getModelStatus().name == "kOptimal" else np.nan
+    return _answer(solver.getModelStatus().name, solver.getObjectiveValue())
 
 
-def scipy_linprog(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> Value:
+def by_scipy(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> Answer:
     bounds = [(None, None)] * (len(cost) - 1) + [(0, None)]
     end = linprog(cost, A_ub=matrix, b_ub=right, bounds=bounds)
-    return float(end.fun) if end.status == 0 else np.nan
+    return _answer(end.status, end.fun)
 
 
-def solved_by_cvxpy(
-    solver: str | None, matrix: np.ndarray, right: np.ndarray, cost: np.ndarray, **settings: float
-) -> tuple[str, Value]:
-    """Status and objective of a program; "undecided" where the solver ends without a verdict."""
-    x = cp.Variable(len(cost))
-    program = cp.Problem(cp.Minimize(cost @ x), [matrix @ x <= right, x[-1] >= 0])
-    try:
-        with warnings.catch_warnings():  # of an inaccurate end, which its status says, too
-            warnings.filterwarnings("ignore", "Solution may be inaccurate", UserWarning)
-            program.solve(solver=solver, **settings)
-    except (cp.SolverError, ValueError):  # HiGHS ended without a verdict; cvxpy cannot unpack that
-        return "undecided", np.nan
-    return str(program.status), np.nan if program.value is None else float(program.value)
+def by_cvxpy(solver: str | None, **settings: float) -> Peer:
+    """Through cvxpy, "undecided" where the solver ends without a verdict."""
 
+    def solve(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> Answer:
+        import cvxpy as cp  # slow, for those who only want the programs
 
-def through_cvxpy(solver: str, **settings: float) -> Peer:
-    def solve(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> Value:
-        status, value = solved_by_cvxpy(solver, matrix, right, cost, **settings)
-        return value if status == "optimal" else np.nan
+        x = cp.Variable(len(cost))
+        program = cp.Problem(cp.Minimize(cost @ x), [matrix @ x <= right, x[-1] >= 0])
+        try:
+            with warnings.catch_warnings():  # of an inaccurate end, which its status says, too
+                warnings.filterwarnings("ignore", "Solution may be inaccurate", UserWarning)
+                program.solve(solver=solver, **settings)
+        except (cp.SolverError, ValueError):  # HiGHS ended without a verdict; cvxpy cannot unpack that
+            return "undecided", np.nan
+        return _answer(program.status, program.value)
 
     return solve
 
 
 PEERS = {
-    "highspy": highspy_raw,
-    "scipy linprog": scipy_linprog,
-    "cvxpy + HiGHS": through_cvxpy("HIGHS"),
-    "cvxpy + Clarabel": through_cvxpy("CLARABEL"),
+    "highspy": by_highs,
+    "scipy linprog": by_scipy,
+    "cvxpy + HiGHS": by_cvxpy("HIGHS"),
+    "cvxpy + Clarabel": by_cvxpy("CLARABEL"),
 }
 METHODS = ("shakedown", "shakedown, certified", *PEERS)
 
@@ -105,7 +112,7 @@ def measure(case: dict) -> dict:
     problem, programs = chain(n), 1 if bound == "upper" else n
     solve = shakedown.upper_bound if bound == "upper" else shakedown.lower_bound
 
-    def own() -> Value:
+    def own() -> float:
         return float(solve(problem, certify=False).load_factor)
 
     if method in PEERS:
@@ -127,17 +134,17 @@ def measure(case: dict) -> dict:
     }
 
 
-def _by_peer(problem: Problem, bound: str, peer: Peer) -> tuple[Callable[[], Value], int]:
+def _by_peer(problem: Problem, bound: str, peer: Peer) -> tuple[Callable[[], float], int]:
     """The load factor from the programs that are timed, and how many they are."""
     rows = constraints(problem)
     if bound == "upper":
-        return lambda: -peer(*upper_program(rows)), 1
+        return lambda: -peer(*upper_program(rows))[1], 1
     nodes = [shakedown.lower_bound(problem, certify=False).node]
     sample = np.linspace(0, problem.n - 1, min(problem.n, NODES_SAMPLED))
     nodes += [int(j) for j in sample if j not in nodes]
 
-    def collapses() -> Value:
-        values = [peer(*collapse_program(rows, node)) for node in nodes]
+    def collapses() -> float:
+        values = [peer(*collapse_program(rows, node))[1] for node in nodes]
         return values[0]
 
     return collapses, len(nodes)
@@ -162,7 +169,7 @@ def reference(n: int, bound: str) -> tuple[float, float, str]:
         sign, program = 1.0, lambda rows: collapse_program(rows, node)
     for tolerance in INTERIOR:
         sharp = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), tolerance)
-        value = sign * through_cvxpy("CLARABEL", **sharp)(*program(rows))
+        value = sign * by_cvxpy("CLARABEL", **sharp)(*program(rows))[1]
         if np.isfinite(value):
             return value, value, f"interior {tolerance:.0e}"
     return np.nan, np.nan, "none"

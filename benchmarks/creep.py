@@ -303,7 +303,3 @@ def tables(rows: list[dict]) -> str:
             listed(steps, {"n": "{n}", "λ_c": "{load_factor:.4f}"} | both),
         ]
     )
-
-
-def figures(rows: list[dict]) -> dict:
-    return {}

@@ -8,10 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
-from scipy.optimize import linprog
 
 import shakedown
-from benchmarks.bounds import highs_model, solved_by_cvxpy, upper_program
+from benchmarks.bounds import Answer, Peer, by_cvxpy, by_highs, by_scipy, upper_program
 from benchmarks.display import lines, panels, shown
 from benchmarks.problems import joint
 from benchmarks.rational_reference import fraction_rows, load_factor_range
@@ -150,14 +149,6 @@ HARD_CASES: dict[str, Callable[[], Problem]] = {
 }
 
 
-Answer = tuple[str, float]
-STATUS = {  # of HiGHS, scipy.optimize.linprog and cvxpy
-    "kOptimal": "optimal", "kInfeasible": "infeasible", "kUnbounded": "unbounded",
-    0: "optimal", 2: "infeasible", 3: "unbounded",
-    "optimal": "optimal", "infeasible": "infeasible", "unbounded": "unbounded",
-}  # fmt: skip
-
-
 def by_toolkit(**how: bool) -> Callable[[Problem], Answer]:
     def answer(problem: Problem) -> Answer:
         upper = shakedown.upper_bound(problem, **how)
@@ -171,30 +162,14 @@ def by_cones(problem: Problem) -> Answer:
     return upper.status, upper.load_factor
 
 
-def by_highs(problem: Problem) -> Answer:
-    """HiGHS as it comes, through highspy, on the data as they are."""
-    solver = highs_model(*upper_program(constraints(problem)))
-    solver.run()
-    return _answer(solver.getModelStatus().name, solver.getObjectiveValue())
+def by_peer(peer: Peer) -> Callable[[Problem], Answer]:
+    """A solver as it comes, with its default tolerances, on the data as they are."""
 
+    def answer(problem: Problem) -> Answer:
+        status, cost = peer(*upper_program(constraints(problem)))
+        return status, inf if status == "unbounded" else -cost
 
-def by_scipy(problem: Problem) -> Answer:
-    """scipy.optimize.linprog, as it comes."""
-    matrix, right, cost = upper_program(constraints(problem))
-    bounds = [(None, None)] * (len(cost) - 1) + [(0, None)]
-    end = linprog(cost, A_ub=matrix, b_ub=right, bounds=bounds)
-    return _answer(end.status, end.fun)
-
-
-def by_cvxpy(solver: str | None) -> Callable[[Problem], Answer]:
-    """cvxpy with a solver's default tolerances, on the data as they are."""
-    return lambda problem: _answer(*solved_by_cvxpy(solver, *upper_program(constraints(problem))))
-
-
-def _answer(status: str | int, cost: float | None) -> Answer:
-    """Status and load factor of a program of the least −λ."""
-    said = STATUS.get(status, "undecided")
-    return said, -float(cost) if said == "optimal" else inf if said == "unbounded" else nan
+    return answer
 
 
 OWN = "shakedown"
@@ -202,10 +177,10 @@ METHODS: dict[str, Callable[[Problem], Answer]] = {
     OWN: by_toolkit(),  # as a user calls it
     "shakedown, floats only": by_toolkit(certify=False),
     "shakedown, conic": by_cones,
-    "highspy": by_highs,
-    "scipy linprog": by_scipy,
-    "cvxpy default": by_cvxpy(None),
-    "cvxpy Clarabel": by_cvxpy("CLARABEL"),
+    "highspy": by_peer(by_highs),
+    "scipy linprog": by_peer(by_scipy),
+    "cvxpy default": by_peer(by_cvxpy(None)),
+    "cvxpy Clarabel": by_peer(by_cvxpy("CLARABEL")),
 }
 
 

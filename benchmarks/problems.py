@@ -37,17 +37,18 @@ def joint(
 
 def in_units(problem: Problem, force: ArrayLike, length: ArrayLike) -> Problem:
     """The same joint in other units; units of each node need force · length to be the same at all."""
+    d = problem.directions
     forces, lengths = (np.broadcast_to(np.asarray(size, dtype=float), problem.n) for size in (force, length))
-    stiffness = forces[:, None] / lengths
+    tangential = np.repeat(forces, d)
+    stiffness = tangential[:, None] / np.repeat(lengths, d)
     stiffness = 0.5 * (stiffness + stiffness.T)  # what round-off leaves unsymmetric
-    return replace(
-        without_loads(problem),
-        A=problem.A * stiffness,
-        B=problem.B * stiffness,
-        C=None if problem.C is None else problem.C * stiffness,
-        q_w=problem.q_w * forces,
-        p_w=problem.p_w * forces,
-    )
+    sizes = {"A": stiffness, "B": stiffness[::d], "C": stiffness[::d, ::d]}
+    sizes["initial_slip"] = np.repeat(lengths, d)
+    sizes |= dict.fromkeys(("q_w", "q_mean", "q_transient"), tangential)
+    sizes |= dict.fromkeys(("p_w", "p_mean", "p_transient"), forces)
+    given = {key: getattr(problem, key) for key in sizes}
+    changed = {key: value * sizes[key] for key, value in given.items() if value is not None}
+    return replace(without_loads(problem), **changed)
 
 
 def chain(n: int, f: float = 0.2, m: int = 50, seed: int = 0) -> Problem:

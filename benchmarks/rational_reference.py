@@ -2,7 +2,7 @@
 
 from fractions import Fraction
 from itertools import combinations
-from math import inf
+from math import inf, lcm
 
 import numpy as np
 
@@ -40,6 +40,7 @@ def load_factor_range(matrix: list[Row], right: Row) -> tuple[Fraction, Fraction
     are tried, so degenerate and singular problems need no care of their own.
     """
     low, high = Fraction(0), inf
+    matrix, right = whole(matrix, right)
     n = len(matrix[0]) - 1
     for size in range(1, n + 2):
         for subset in combinations(range(len(matrix)), size):
@@ -49,31 +50,40 @@ def load_factor_range(matrix: list[Row], right: Row) -> tuple[Fraction, Fraction
             d = sum(a * matrix[i][n] for a, i in zip(y, subset, strict=True))
             g = sum(a * right[i] for a, i in zip(y, subset, strict=True))
             if d > 0:
-                high = min(high, g / d)
+                high = min(high, Fraction(g, d))
             elif d < 0:
-                low = max(low, g / d)
+                low = max(low, Fraction(g, d))
             elif g < 0:
                 return None
     return (low, high) if low <= high else None
 
 
-def positive_dependence(rows: list[Row]) -> Row | None:
+def whole(matrix: list[Row], right: Row) -> tuple[list[list[int]], list[int]]:
+    """The same rows times their denominators."""
+    rows = [[*row, g] for row, g in zip(matrix, right, strict=True)]
+    scales = [lcm(*(x.denominator for x in row)) for row in rows]
+    found = [[int(x * scale) for x in row] for row, scale in zip(rows, scales, strict=True)]
+    return [row[:-1] for row in found], [row[-1] for row in found]
+
+
+def positive_dependence(rows: list[list[int]]) -> list[int] | None:
     """The only y > 0 (up to a factor) with Σ y_i rows_i = 0; None where there is none, or more than one."""
-    columns = [list(column) for column in zip(*rows, strict=True)]
-    rank, size = 0, len(rows)
-    for k in range(size - 1):
-        pivot = next((i for i in range(rank, len(columns)) if columns[i][k]), None)
+    columns, diagonal = [list(column) for column in zip(*rows, strict=True)], 1
+    for k in range(len(rows) - 1):
+        pivot = next((i for i in range(k, len(columns)) if columns[i][k]), None)
         if pivot is None:
             return None
-        columns[rank], columns[pivot] = columns[pivot], columns[rank]
-        columns[rank] = [x / columns[rank][k] for x in columns[rank]]
+        columns[k], columns[pivot] = columns[pivot], columns[k]
+        head = columns[k]
         for i in range(len(columns)):
-            if i != rank and columns[i][k]:
-                columns[i] = [x - columns[i][k] * y for x, y in zip(columns[i], columns[rank], strict=True)]
-        rank += 1
-    if any(column[-1] for column in columns[rank:]):
+            if i != k:  # divides without a rest (Bareiss)
+                own = columns[i]
+                columns[i] = [(head[k] * x - own[k] * y) // diagonal for x, y in zip(own, head, strict=True)]
+        diagonal = head[k]
+    free, held = columns[len(rows) - 1 :], columns[: len(rows) - 1]
+    if any(column[-1] for column in free):
         return None
-    y = [-column[-1] for column in columns[:rank]] + [Fraction(1)]
+    y = [-column[-1] if diagonal > 0 else column[-1] for column in held] + [abs(diagonal)]
     return y if min(y) > 0 else None
 
 

@@ -11,6 +11,7 @@ import warnings
 from math import isfinite
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 import shakedown
 from benchmarks.display import listed
@@ -60,7 +61,7 @@ def sharpness(problem: Problem) -> dict:
         row[f"{name}_radius"] = None if ball is None else _finite(ball.radius)
     if problem.n <= PLAIN_UP_TO:
         for name, share in (("plain", 0.0), ("half", HALF)):
-            found, seconds = timed(lambda share=share: plainly(problem, share))
+            found, seconds = timed(lambda share=share: plainly(problem, share * own_shares(problem)))
             row |= {name: _finite(found / upper), f"{name}_s": seconds}
     return row
 
@@ -74,41 +75,57 @@ def timed(work) -> tuple:
     return work(), time.process_time() - begin
 
 
-def plainly(problem: Problem, part: float) -> float:
-    """λ_E from slip zero with this part of A_ii⁻¹ B_ii as share, a cone each load step; NaN: none."""
+def plainly(
+    problem: Problem,
+    share: FloatArray | None = None,
+    *,
+    start: ArrayLike = 0.0,
+    distance: float = 0.0,
+    load_factor: float | None = None,
+    least: bool = False,
+) -> float:
+    """λ_E from a slip, the largest or the least, or the largest radius at a load factor; NaN without one.
+
+    With these shares (n, d), by default the own ones, and a cone each load step.
+    """
     import cvxpy as cp
 
-    n, loop, f = problem.n, loading(problem), problem.f
+    n, d, loop, f = problem.n, problem.directions, loading(problem), problem.f
     force, stiffness = float(np.abs(problem.p_w).max()), float(np.abs(problem.A).max())
-    A, B = problem.A / stiffness, problem.B / stiffness
-    share = part * own_shares(problem)
-    rest = B - np.einsum("ij,ijk->ik", share, A.reshape(n, 2, -1))
+    A, B, unit = problem.A / stiffness, problem.B / stiffness, force / np.sqrt(stiffness)
+    share = own_shares(problem) if share is None else share
+    rest = B - np.einsum("ij,ijk->ik", share, A.reshape(n, d, -1))
     values, vectors = np.linalg.eigh(A)
     kept = values > 1e-9 * values[-1]
     root = (vectors[:, kept] * np.sqrt(values[kept])).T
     gamma = np.linalg.norm(rest @ (vectors[:, kept] / np.sqrt(values[kept])), axis=1)
-    stretch = np.sqrt(1 + f**2 * (share**2).sum(axis=1))
-    v, radius, factor = cp.Variable(2 * n), cp.Variable(nonneg=True), cp.Variable(nonneg=True)
-    limits = [cp.norm(root @ v) <= radius]
+    stretch = np.ones(n) if d == 1 else np.sqrt(1 + f**2 * (share**2).sum(axis=1))
+    v, radius, factor = cp.Variable(d * n), cp.Variable(nonneg=True), cp.Variable(nonneg=True)
+    way = v - np.asarray(start) * stiffness / force
+    limits = [
+        cp.norm(root @ way) + distance / unit <= radius if load_factor is None else factor == load_factor
+    ]
     q, p = loop.q0 / force + A @ v, loop.p0 / force + B @ v
     for q1, p1 in zip(loop.q1 / force, loop.p1 / force, strict=True):
-        drawn = cp.reshape(q + factor * q1, (2, n), order="F") @ np.diag(stretch)
+        drawn = cp.reshape(q + factor * q1, (d, n), order="F") @ np.diag(stretch)
         limits.append(cp.SOC(cp.multiply(f, p + factor * p1 - gamma * radius), drawn))
-    task = cp.Problem(cp.Maximize(factor), limits)
+    aim = radius if load_factor is not None else -factor if least else factor
+    task = cp.Problem(cp.Maximize(aim), limits)
     with warnings.catch_warnings():  # "may be inaccurate"
         warnings.simplefilter("ignore", UserWarning)
         try:
             task.solve(solver="CLARABEL")
         except cp.SolverError:
             return np.nan
-    return float(task.value) if task.status in ("optimal", "optimal_inaccurate") else np.nan
+    known = task.status in ("optimal", "optimal_inaccurate")
+    return float(abs(aim.value)) * (1.0 if load_factor is None else unit) if known else np.nan
 
 
 def own_shares(problem: Problem) -> FloatArray:
-    """A_ii⁻¹ B_ii of every node, (n, 2)."""
-    n, nodes = problem.n, np.arange(problem.n)
-    blocks = problem.A.reshape(n, 2, n, 2)[nodes, :, nodes, :]
-    return np.linalg.solve(blocks, problem.B.reshape(n, n, 2)[nodes, nodes][..., None])[..., 0]
+    """A_ii⁻¹ B_ii of every node, (n, d)."""
+    n, d, nodes = problem.n, problem.directions, np.arange(problem.n)
+    blocks = problem.A.reshape(n, d, n, d)[nodes, :, nodes, :]
+    return np.linalg.solve(blocks, problem.B.reshape(n, n, d)[nodes, nodes][..., None])[..., 0]
 
 
 def tables(rows: list[dict]) -> str:

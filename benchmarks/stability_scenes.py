@@ -7,11 +7,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import shakedown
-from benchmarks.problems import random_problem
+from benchmarks.problems import in_units, random_problem
 from shakedown import Problem
 from shakedown.ground.constants import FloatArray
 from shakedown.joint.constraints import loading
 from shakedown.motion.checked_law import Scales, scales
+
+# A, B, C of two equal nodes
+PAIR = [[4.0, -1.0], [-1.0, 4.0]], [[1.0, 0.5], [0.5, 1.0]], [[8.0, -1.0], [-1.0, 8.0]]
 
 
 @dataclass(frozen=True)
@@ -61,8 +64,7 @@ def from_the_limit() -> Scene:
 def corner(sides: tuple[float, float]) -> Scene:
     """Two equal nodes reach their limits (the same ones or opposite ones) at one instant, again and again."""
     q = np.outer([0.0, 1.5, 3.0, -1.5, -3.0, 0.0], sides)
-    stiffness = [[4.0, -1.0], [-1.0, 4.0]], [[1.0, 0.5], [0.5, 1.0]], [[8.0, -1.0], [-1.0, 8.0]]
-    return at_rest(joint(*stiffness, 0.5, q, np.full_like(q, 3.0)))
+    return at_rest(joint(*PAIR, 0.5, q, np.full_like(q, 3.0)))
 
 
 def row_of_six() -> Scene:
@@ -87,8 +89,7 @@ def two_apexes() -> Scene:
     """Two equal nodes come to the apex at one instant, open, and close at one instant."""
     column = np.ones(2)
     q, p = np.outer([0.0, 0.5, 0.0, -0.5, 0.0], column), np.outer([2.0, 1.0, 0.0, -1.0, 0.0], column)
-    stiffness = [[4.0, -1.0], [-1.0, 4.0]], [[1.0, 0.5], [0.5, 1.0]], [[8.0, -1.0], [-1.0, 8.0]]
-    return at_rest(joint(*stiffness, 0.5, q, p))
+    return at_rest(joint(*PAIR, 0.5, q, p))
 
 
 def closing_elsewhere() -> Scene:
@@ -113,11 +114,16 @@ def near_joint_threshold(k: int) -> Scene:
     return at_rest(joint(A, B, 8.0 * np.eye(2), f, q, np.full_like(q, 4.0)))
 
 
+def slipping(n: int, seed: int, m: int, above: float) -> Problem:
+    """A random joint whose loop is so many times the largest that it can shake down under."""
+    problem = random_problem(n, seed=seed, m=m)
+    q_w, p_w = loading(problem).at(above * shakedown.upper_bound(problem).load_factor)
+    return joint(problem.A, problem.B, problem.kappa[n:, n:], problem.f, q_w, p_w)
+
+
 def coarse() -> Scene:
     """A joint whose load steps are so long that a node slips and stops again within one of them."""
-    problem = random_problem(3, seed=2, m=8)
-    q_w, p_w = loading(problem).at(1.4 * shakedown.upper_bound(problem).load_factor)
-    return at_rest(joint(problem.A, problem.B, problem.kappa[3:, 3:], problem.f, q_w, p_w))
+    return at_rest(slipping(3, seed=2, m=8, above=1.4))
 
 
 def graded(k: int) -> Scene:
@@ -134,8 +140,7 @@ def grazing_limit(over: float) -> Scene:
     """The peak of the loop passes the limit of one of two nodes by ``over``, relative to the force."""
     q = np.zeros((4, 2))
     q[1, 0], q[3, 0] = 1.5 * (1.0 + over), -1.5
-    stiffness = [[4.0, -1.0], [-1.0, 4.0]], [[1.0, 0.5], [0.5, 1.0]], [[8.0, -1.0], [-1.0, 8.0]]
-    return at_rest(joint(*stiffness, 0.5, q, np.full_like(q, 3.0)))
+    return at_rest(joint(*PAIR, 0.5, q, np.full_like(q, 3.0)))
 
 
 def grazing_opening(lift: float) -> Scene:
@@ -143,22 +148,13 @@ def grazing_opening(lift: float) -> Scene:
     return at_rest(one_node(0.5, [0.0, 0.0, 0.25, 0.5, 0.0], [2.0, -lift, 1.0, 2.0, 2.0]))
 
 
-def in_units(force: float, length: float, raw: bool) -> Scene:
-    problem, start = random_problem(3, seed=1, m=8), np.zeros(3)
-    q_w, p_w = loading(problem).at(1.4 * shakedown.upper_bound(problem).load_factor)
-    k = force / length
-    scaled = joint(
-        problem.A * k, problem.B * k, problem.kappa[3:, 3:] * k, problem.f, q_w * force, p_w * force
-    )
-    return Scene(scaled, start * length, raw=raw)
+def slipping_in_units(force: float, length: float, raw: bool) -> Scene:
+    return Scene(in_units(slipping(3, seed=1, m=8, above=1.4), force, length), np.zeros(3), raw=raw)
 
 
 def many_cycles(n: int, cycles: int) -> Scene:
     """A joint that slips in every cycle."""
-    problem = random_problem(n, seed=3, m=4)
-    q_w, p_w = loading(problem).at(1.5 * shakedown.upper_bound(problem).load_factor)
-    same = joint(problem.A, problem.B, problem.kappa[n:, n:], problem.f, q_w, p_w)
-    return Scene(same, np.zeros(n), cycles)
+    return Scene(slipping(n, seed=3, m=4, above=1.5), np.zeros(n), cycles)
 
 
 FAMILIES: dict[str, dict[str, Callable[[], Scene]]] = {
@@ -190,7 +186,7 @@ FAMILIES: dict[str, dict[str, Callable[[], Scene]]] = {
         **{f"opens by {x:.0e}": lambda x=x: grazing_opening(x) for x in (0.0, 1e-4, 1e-8, 1e-12)},
     },
     "units": {
-        f"{word} x {x:.0e}{', peers unscaled' * raw}": lambda a=a, b=b, raw=raw: in_units(a, b, raw)
+        f"{word} x {x:.0e}{', peers unscaled' * raw}": lambda a=a, b=b, raw=raw: slipping_in_units(a, b, raw)
         for raw in (False, True)
         for x in (1e12, 1e-12)
         for word, a, b in (("forces", x, 1.0), ("lengths", 1.0, x))

@@ -70,17 +70,14 @@ def arrows(modules: dict[str, Path]) -> set[tuple[str, str]]:
 
 
 def code_lines(path: Path) -> int:
-    """Lines with code on them."""
-    lines: set[int] = set()
+    """Lines with code on them; a text that comes first in a module or a body is its docstring."""
+    lines, before = set[int](), tokenize.INDENT
     for token in tokenize.generate_tokens(io.StringIO(path.read_text(encoding="utf-8")).readline):
-        if token.type not in SILENT:
+        docstring = token.type == tokenize.STRING and before == tokenize.INDENT
+        if token.type not in SILENT and not docstring:
             lines.update(range(token.start[0], token.end[0] + 1))
-    for node in ast.walk(tree(path)):
-        if (
-            isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
-            and ast.get_docstring(node) is not None
-        ):
-            lines.difference_update(range(node.body[0].lineno, (node.body[0].end_lineno or 0) + 1))
+        if token.type not in (tokenize.NL, tokenize.COMMENT):
+            before = token.type
     return len(lines)
 
 

@@ -40,12 +40,7 @@ FIRST = (  # what compiles the most, each worker other kernels; then what needs 
     "tests/bounds/every_state/",
     "tests/programs/",
 )
-LIBRARIES = (
-    "cvxpy",
-    "matplotlib.pyplot",
-    "pandas",
-    "numba",
-)  # of many modules: a second or two each at first
+LIBRARIES = ("matplotlib.pyplot", "pandas", "numba")  # of many modules: a second or two each at first
 MOST_WORKERS = 8  # each reads all tests before it runs its share
 
 

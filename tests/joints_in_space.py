@@ -34,17 +34,6 @@ def embedded(plane: Problem) -> Problem:
     return Problem(A=A, B=B, C=plane.C, f=plane.f, q_w=q_w, p_w=plane.p_w, q_mean=q_mean, p_mean=plane.p_mean)
 
 
-def in_units(problem: Problem, force: float, length: float) -> Problem:
-    """The joint with another unit of force and length."""
-    changed = {key: getattr(problem, key) for key in ("A", "B", "C", "q_w", "p_w", "q_mean", "p_mean")}
-    factors = {"A": force / length, "B": force / length, "C": force / length}
-    return replace(
-        without_loads(problem),
-        initial_slip=None,
-        **{key: value * factors.get(key, force) for key, value in changed.items() if value is not None},
-    )
-
-
 def turned(problem: Problem, angles: np.ndarray, mirrored: Iterable[int] = ()) -> tuple[Problem, np.ndarray]:
     """The joint with the tangents of all nodes turned, of some also mirrored, and what turns its slips."""
     T = np.zeros((2 * problem.n, 2 * problem.n))

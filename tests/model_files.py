@@ -2,6 +2,10 @@
 
 from pathlib import Path
 
+import pytest
+
+from shakedown import ProblemError, import_model
+
 DATA = Path(__file__).parent / "data"
 BLOCK = DATA / "calculix_9"
 RING = DATA / "calculix_ring"  # axisymmetric
@@ -17,3 +21,12 @@ def changed(folder, *pairs, extra=""):
         text = text.replace(old, new, 1)
     (folder / "changed.toml").write_text(text + extra)
     return folder / "changed.toml"
+
+
+def refused_with(path, old, new, message):
+    """With something replaced in its configuration an import is refused, and the message says why."""
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(ProblemError, match=message):
+        import_model(path)

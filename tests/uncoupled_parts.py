@@ -1,11 +1,10 @@
 """Joints of several parts that nothing couples."""
 
-from dataclasses import replace
-
 import numpy as np
 from scipy.linalg import block_diag
 
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
+from benchmarks.problems import in_units
 from shakedown import Problem
 
 FORCES = ("q_w", "p_w", "q_mean", "p_mean")
@@ -18,7 +17,7 @@ def pair(joint: str, number: int, decades: int) -> list[Problem]:
     m, normal = min(each.m for each in found), all(each.C is not None for each in found)
     first, second = (_cut(each, m, normal) for each in found)
     length, force = 10.0**decades, 10.0**decades if number % 2 else 1.0
-    return [first, in_units(second, length, force)]
+    return [first, in_units(second, force, length)]
 
 
 def _cut(problem: Problem, m: int, normal: bool) -> Problem:
@@ -33,17 +32,6 @@ def _cut(problem: Problem, m: int, normal: bool) -> Problem:
         p_w=p_w,
         q_mean=q_w.mean(axis=0) if problem.q_mean is None else problem.q_mean,
         p_mean=p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean,
-    )
-
-
-def in_units(problem: Problem, length: float, force: float) -> Problem:
-    """A joint whose lengths and forces are so many times as large."""
-    stiffness = {key: getattr(problem, key) for key in ("A", "B", "C")}
-    loads = {key: force * getattr(problem, key) for key in FORCES}
-    return replace(
-        problem,
-        **{key: None if block is None else force / length * block for key, block in stiffness.items()},
-        **loads,
     )
 
 

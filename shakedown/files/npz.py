@@ -8,6 +8,7 @@ import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields
+from functools import cache
 from importlib import resources
 from math import prod
 from typing import IO, Any, NamedTuple
@@ -85,6 +86,7 @@ def damaged(error: Exception) -> ProblemError:
 
 SCHEMA = "shakedown/1"
 KEYS = frozenset((*AXES, *TEXTS))
+ASSUMED = 2**34  # bytes of memory where the system does not say
 
 
 @checked
@@ -175,17 +177,12 @@ def load_initial_slip(path: str | os.PathLike[str]) -> FloatArray:
     array([0.5 , 0.25])
     """
     with found_in(path), open_regular(path, "an NPY file") as file:
-        found, most = os.fstat(file.fileno()).st_size, int(_memory() / 4)
+        found, most = os.fstat(file.fileno()).st_size, int(memory(ASSUMED) / 4)
         if found > most:
             raise ProblemError(f"expected at most {most} bytes, found {found}")
         header = read_header(file)
         file.seek(0)
         return real_numbers("initial slip", read_array(file, header, found))
-
-
-def _memory() -> float:
-    """Bytes of this machine; 16 GiB of one that does not say it."""
-    return memory(2**34)
 
 
 def _read_arrays(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -253,7 +250,7 @@ def _read_header(archive: zipfile.ZipFile, key: str, info: zipfile.ZipInfo) -> H
 def _check_sizes(headers: Mapping[str, Header], file_size: int) -> None:
     """Refuse arrays that are too large together, or implausibly large for the size of the file."""
     total = sum(header.size for header in headers.values())
-    if total > _memory() / 4:
+    if total > memory(ASSUMED) / 4:
         raise ProblemError(f"its arrays, {total:.3g} bytes, are more than this machine can hold")
     harmless = 2**28  # bytes, whatever the file's size
     if total > max(harmless, TIMES_A_FILE * file_size):
@@ -275,8 +272,9 @@ def _member(archive: zipfile.ZipFile, key: str, info: zipfile.ZipInfo) -> Iterat
 
 
 @checked
+@cache
 def example(name: str) -> Problem:
-    """A built-in problem by name.
+    """A built-in problem by name, kept from call to call: nobody can change it.
 
     Raises
     ------

@@ -50,7 +50,7 @@ class Scaling:
         return self._spread * self.cones.rotated(self.axis, vector)
 
     def divided(self, vector: FloatArray) -> FloatArray:
-        """W⁻¹ · vector."""
+        """W⁻¹ · vector, or · each of several, (c, N)."""
         return np.asarray(self.cones.rotated(self._back, vector) / self._spread)
 
     @property
@@ -60,8 +60,7 @@ class Scaling:
 
     def inverses(self) -> FloatArray:
         """W⁻¹ on the cones of three numbers, (j, 3, 3)."""
-        w = self.cones.parts(self._back)[0]
-        return _rotation(w) / self.factor[: len(w), None, None]
+        return _rotation(self.cones.parts(self._back)[0]) / self.factor[: self.cones.triples, None, None]
 
     def inverse_of_large(self) -> FloatArray:
         """W⁻¹ on the large cone, (q, q)."""
@@ -105,9 +104,7 @@ class Cones:
     @cached_property
     def unit(self) -> FloatArray:
         """e with e ∘ u = u: 1 at every u₀, else 0."""
-        e = np.zeros(sum(self._sizes))
-        e[self.heads] = 1.0
-        return e
+        return np.bincount(self.heads, minlength=sum(self._sizes)).astype(float)
 
     @cached_property
     def mirror(self) -> FloatArray:
@@ -125,7 +122,7 @@ class Cones:
         return u[:first].reshape(-1, CONE), u[first:last], u[last:]
 
     def _sums(self, u: FloatArray) -> FloatArray:
-        return np.asarray(np.add.reduceat(u, self.heads) if self.degree else u)
+        return np.asarray(np.add.reduceat(u, self.heads, axis=-1) if self.degree else u)
 
     def _lengths(self, u: FloatArray) -> FloatArray:
         return np.sqrt(self._sums(u * u * self._tail))
@@ -153,10 +150,10 @@ class Cones:
         return found
 
     def rotated(self, axis: FloatArray, u: FloatArray) -> FloatArray:
-        """The hyperbolic rotations that take unit vectors to the axes, applied to u."""
-        along, first, of_axis = self._sums(axis * u * self._tail), u[self.heads], axis[self.heads]
-        found = u + axis * (first + along / (1.0 + of_axis))[self.cone]
-        found[self.heads] = of_axis * first + along
+        """The hyperbolic rotations that take unit vectors to the axes, applied to u, (N,) or (c, N)."""
+        along, first, of_axis = self._sums(axis * u * self._tail), u[..., self.heads], axis[self.heads]
+        found = u + axis * (first + along / (1.0 + of_axis))[..., self.cone]
+        found[..., self.heads] = of_axis * first + along
         return np.asarray(found)
 
     def reach_from(self, u: FloatArray) -> Callable[[FloatArray], float]:
@@ -191,6 +188,7 @@ def _rotation(axis: FloatArray) -> FloatArray:
     return np.asarray(found)
 
 
+FEW = 24_000  # coefficients: beyond, the normal equations of all blocks take less time
 RANK = np.finfo(float).eps  # relative size, per row, of a diagonal of the factor that counts as zero
 
 Places = NDArray[np.intp]
@@ -244,10 +242,9 @@ class DiscProgram:
 
     def sums(self, values: FloatArray) -> FloatArray:
         """Values (K, c) of the discs, added up for every node, (n, c)."""
-        count = values.shape[1]
+        n, count = len(self.blocks), values.shape[1]
         places = (count * self.node[:, None] + np.arange(count)).ravel()
-        found = np.bincount(places, values.ravel(), len(self.blocks) * count)
-        return np.asarray(found, dtype=float).reshape(-1, count)
+        return np.asarray(np.bincount(places, values.ravel(), n * count), dtype=float).reshape(n, count)
 
     @cached_property
     def _flat(self) -> FloatArray:
@@ -275,8 +272,17 @@ class DiscProgram:
         """The cost of all columns (y, w)."""
         return np.append(np.zeros(self.rank), self.cost)
 
+    @cached_property
+    def _few(self) -> FloatArray | None:
+        """All columns, (r + p, N), where they are few: one product takes less time than one a block then."""
+        few = len(self.limits) * len(self.costs) <= FEW
+        return np.array([self._by_blocks(unit) for unit in np.eye(len(self.costs))]) if few else None
+
     def times(self, x: FloatArray) -> FloatArray:
         """Discs, rows and bound at x = (y, w)."""
+        return self._by_blocks(x) if self._few is None else x @ self._few
+
+    def _by_blocks(self, x: FloatArray) -> FloatArray:
         y, w = x[: self.rank], x[self.rank :]
         discs = (self._flat @ y).reshape(-1, CONE)[self.node] + (self.loads @ w).reshape(-1, CONE)
         parts = [discs.ravel(), self.rows @ y + self.rows_extra @ w]
@@ -286,6 +292,8 @@ class DiscProgram:
 
     def transposed(self, z: FloatArray) -> FloatArray:
         """What multipliers of discs, rows and bound add up to."""
+        if self._few is not None:
+            return self._few @ z
         discs, rows, tail = self.cones.parts(z)
         y = self.sums(discs).ravel() @ self._flat + rows @ self.rows
         w = discs.ravel() @ self.loads + rows @ self.rows_extra
@@ -318,8 +326,10 @@ class DiscProgram:
 
         From one 3 × 3 block per node; on the cone of the length of y W⁻² = (2 w wᵀ + I − 2 e₀ e₀ᵀ) / factor².
         """
-        r, p, inverses = self.rank, len(self.cost), scaling.inverses()
-        squares = inverses @ inverses
+        if self._few is not None:
+            root = scaling.divided(self._few)
+            return _by_cholesky(root @ root.T)
+        r, p, squares = self.rank, len(self.cost), np.linalg.matrix_power(scaling.inverses(), 2)
         rows = self.rows_extra / scaling.of_numbers**2
         of_nodes = self.sums(squares.reshape(len(squares), CONE**2)).reshape(-1, CONE, CONE)
         values, vectors = np.linalg.eigh(of_nodes)  # round-off may make one negative

@@ -237,7 +237,7 @@ def _simplex(program: ExactProgram, basis: list[int], budget: PivotBudget) -> Ex
     if min(start[0], default=0) < 0:  # to become feasible, any cost for which the basis is optimal will do
         cost = [sum(program.matrix[i][j] for i in basis) for j in range(len(cost))]
     for _ in budget.pivots(len(basis)):
-        at = _point(program, basis)
+        at = solve_integers([program.matrix[i] for i in basis], [program.right[i] for i in basis])
         if at is None:
             return None
         excess = _excess(program, *at)
@@ -269,10 +269,6 @@ def _simplex(program: ExactProgram, basis: list[int], budget: PivotBudget) -> Ex
             return ExactVertex(Status.UNBOUNDED, *edge, {}, 1)
         basis[basis.index(leaving)] = _least_ratio(blocking)
     return None
-
-
-def _point(program: ExactProgram, basis: list[int]) -> tuple[list[int], int] | None:
-    return solve_integers([program.matrix[i] for i in basis], [program.right[i] for i in basis])
 
 
 def _weights(program: ExactProgram, basis: list[int], target: list[int]) -> tuple[list[int], int] | None:

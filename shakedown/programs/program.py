@@ -183,12 +183,11 @@ def polished(program: Program, x: FloatArray, y: FloatArray, meeting: Meeting) -
     try:
         sharp_x, sharp_y = sharpened(program, x, meeting)
     except np.linalg.LinAlgError:  # HiGHS left a singular basis: its own values are all there is
-        pass
-    else:
-        if program.violation(sharp_x) <= max(program.violation(x), 16 * np.finfo(float).eps):
-            x = sharp_x
-        if np.all(np.isfinite(sharp_y)):
-            y = sharp_y
+        sharp_x, sharp_y = x, y
+    if program.violation(sharp_x) <= max(program.violation(x), 16 * np.finfo(float).eps):
+        x = sharp_x
+    if np.all(np.isfinite(sharp_y)):
+        y = sharp_y
     return cleaned(program, x), y
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +26,7 @@ from shakedown.programs.disc_program import DiscProgram, Scaling, Solve
 Newton = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 REACHED = NEGLIGIBLE / 10  # gap and residuals at which the iteration stops
+SURE = REACHED / NEGLIGIBLE  # a proof counts as reached only where it proves something
 USABLE = SIX_DIGITS  # the least accuracy where round-off stops it earlier
 PATIENCE = 6  # iterations without progress after which round-off has stopped it
 REFINEMENTS = 3  # at most, of every solution of the normal equations
@@ -43,11 +45,6 @@ class Point(NamedTuple):
 
 Points = tuple[Point, ...]
 StopTest = Callable[[FloatArray, FloatArray], bool]  # of x and the multipliers
-
-
-def never(x: FloatArray, multipliers: FloatArray) -> bool:
-    """A criterion that no point fulfils."""
-    return False
 
 
 @dataclass(frozen=True)
@@ -78,7 +75,7 @@ class SelfDualSolution:
 
 @np.errstate(all="ignore")  # overflow is no solution, and is not taken for one
 def solve_self_dual(
-    rows: DiscProgram, usable: float = USABLE, earlier: Points = (), enough: StopTest = never
+    rows: DiscProgram, usable: float = USABLE, earlier: Points = (), enough: StopTest | None = None
 ) -> SelfDualSolution:
     """The solution of a program: its optimum, or what proves that there is none, to what round-off allows.
 
@@ -107,7 +104,7 @@ def _shared(rows: DiscProgram, earlier: Points) -> Points:
     return ()
 
 
-def _followed(rows: DiscProgram, usable: float, shared: Points, enough: StopTest) -> SelfDualSolution:
+def _followed(rows: DiscProgram, usable: float, shared: Points, enough: StopTest | None) -> SelfDualSolution:
     unit, path = rows.cones.unit, list(shared)
     point = path[-1] if path else Point(np.zeros(len(rows.costs)), unit, unit, 1.0, 1.0)
     seen = rows.times(point.x), rows.transposed(point.y)
@@ -132,7 +129,7 @@ def _followed(rows: DiscProgram, usable: float, shared: Points, enough: StopTest
         seen = rows.times(point.x), rows.transposed(point.y)
         found = _judged(rows, point, seen)
         x, s, y = (part / point.tau for part in point[:3])
-        if enough(x, y):
+        if enough is not None and enough(x, y):
             return SelfDualSolution(Status.OPTIMAL, x, s, y, found.accuracy, tuple(path))
         idle = 0 if found.accuracy < 0.9 * best.accuracy else idle + 1
         best = found if found.accuracy < best.accuracy else best
@@ -202,21 +199,16 @@ def _judged(rows: DiscProgram, point: Point, seen: tuple[FloatArray, FloatArray]
     ends = [SelfDualSolution(Status.OPTIMAL, x / tau, s / tau, y / tau, max(gap, short, left), ())]
     if proved < 0:
         balance = float(np.linalg.norm(Gy)) / -proved * size_h
-        ends.append(SelfDualSolution(Status.INFEASIBLE, x, s, y / -proved, _sure(balance), ()))
+        ends.append(SelfDualSolution(Status.INFEASIBLE, x, s, y / -proved, balance * SURE, ()))
     if value < 0:
         beyond = float(np.linalg.norm(Gx + s)) / -value * size_c
-        ends.append(SelfDualSolution(Status.UNBOUNDED, x / -value, s / -value, y, _sure(beyond), ()))
+        ends.append(SelfDualSolution(Status.UNBOUNDED, x / -value, s / -value, y, beyond * SURE, ()))
     return min(ends, key=lambda end: end.accuracy if np.isfinite(end.accuracy) else np.inf)
 
 
 def _sizes(rows: DiscProgram) -> tuple[float, float]:
     """The scales of the residuals of slacks and of multipliers."""
     return max(1.0, float(np.linalg.norm(rows.limits))), max(1.0, float(np.linalg.norm(rows.costs)))
-
-
-def _sure(rest: float) -> float:
-    """The relative error of a proof, so that it counts as reached only where it proves something."""
-    return rest * REACHED / NEGLIGIBLE
 
 
 def _next(rows: DiscProgram, point: Point, seen: tuple[FloatArray, FloatArray], scaling: Scaling) -> Point:
@@ -275,7 +267,7 @@ def _newton_equations(rows: DiscProgram, scaling: Scaling) -> Newton:
     def solved(first: FloatArray, second: FloatArray) -> tuple[FloatArray, FloatArray]:
         nonlocal solve, sharp
         dx, dy, left = _refined(rows, scaling, solve, first, second)
-        enough = max(MINOR * float(np.linalg.norm(first)), ROUND_OFF * float(np.linalg.norm(dy)))
+        enough = max(MINOR * sqrt(first @ first), ROUND_OFF * sqrt(dy @ dy))
         if sharp or rows.rank >= MANY_ROWS or left <= enough:  # of many nodes a factor costs ten steps
             return dx, dy
         solve, sharp = rows.orthogonal_factor(scaling), True
@@ -294,10 +286,10 @@ def _refined(
     right = first + rows.transposed(scaling.divided(scaling.divided(second)))
     dx = solve(right)
     dy = scaling.divided(scaling.divided(rows.times(dx) - second))
-    enough, way, last = ROUND_OFF * float(np.linalg.norm(right)), np.zeros_like(dx), 1.0
+    enough, way, last = ROUND_OFF * sqrt(right @ right), np.zeros_like(dx), 1.0
     for turn in range(REFINEMENTS + 1):
         rest = first - rows.transposed(dy)
-        left = float(np.linalg.norm(rest))
+        left = sqrt(rest @ rest)
         if turn == REFINEMENTS or not left > enough:
             break
         ahead = solve(rest)
@@ -314,7 +306,7 @@ def _refined(
 
 @on_one_thread
 def solve_discs(
-    program: DiscProgram, usable: float = USABLE, earlier: Points = (), enough: StopTest = never
+    program: DiscProgram, usable: float = USABLE, earlier: Points = (), enough: StopTest | None = None
 ) -> SelfDualSolution:
     """The solution of a program, with the points on the way to it; one less accurate than ``usable`` is none.
 

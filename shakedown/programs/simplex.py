@@ -63,9 +63,8 @@ def _options() -> highspy.HighsOptions:
 
 def made(program: Program) -> highspy.Highs:
     """The solver with a program in numbers near 1."""
-    rows, columns = program.matrix.shape
     model = highspy.HighsLp()
-    model.num_row_, model.num_col_ = rows, columns
+    model.num_row_, model.num_col_ = program.matrix.shape
     model.col_cost_ = program.cost
     model.row_lower_, model.row_upper_ = program.left, program.right
     model.col_lower_, model.col_upper_ = program.lower, program.upper
@@ -78,7 +77,7 @@ def made(program: Program) -> highspy.Highs:
     highs = SilentHighs()
     highs.passOptions(_options())
     # pivots; on stiffness that is round-off the simplex may cycle
-    highs.setOptionValue("simplex_iteration_limit", 200 * (rows + columns))
+    highs.setOptionValue("simplex_iteration_limit", 200 * sum(program.matrix.shape))
     if highs.passModel(model) == highspy.HighsStatus.kError:
         raise SolverError(f"HiGHS refuses the linear program of shape {program.matrix.shape}")
     return highs
@@ -258,8 +257,7 @@ def chebyshev_centre(
     lower = np.full(columns + 1, -INF)
     if signed is not None:
         lower[signed] = 0.0
-    upper = np.full(columns + 1, INF)
-    upper[-1] = cap
+    upper = np.append(np.full(columns, INF), cap)
     cost = np.append(np.zeros(columns), -1.0)
     program = Program(
         np.column_stack([matrix, norms]), right, cost, lower=lower, upper=upper, tolerances=tolerances

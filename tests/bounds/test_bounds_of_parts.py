@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from uncoupled_parts import in_units, joined, pair
+from uncoupled_parts import joined, pair
 
 import shakedown
+from benchmarks.problems import in_units
 
 LIMITS = {
     "λ_U": shakedown.universal_bound,
@@ -39,7 +40,7 @@ def test_a_limit_is_the_least_of_the_parts(name, kind, number, decades):
 def test_units_of_one_part_change_no_limit_of_the_joint(decades):
     """Two like joints, one of them in other lengths: from every state, too, it is the limit of one."""
     joint = plain(shakedown.example("three-node"))
-    whole = joined([joint, in_units(joint, 10.0**decades, 1.0)])
+    whole = joined([joint, in_units(joint, 1.0, 10.0**decades)])
     for name in LIMITS:
         assert limit(name, whole) == pytest.approx(limit(name, joint), rel=1e-9)
     lower, alone = (shakedown.lower_bound(each) for each in (whole, joint))

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchmarks.problems import in_units
 from shakedown import Problem
 
 Change = Callable[[Problem, np.random.Generator], Problem]
@@ -12,12 +13,12 @@ Change = Callable[[Problem, np.random.Generator], Problem]
 
 def other_forces(problem: Problem, rng: np.random.Generator) -> Problem:
     """Stiffness and loads times a power of two: slips and load factors stay as they are."""
-    return _scaled(problem, stiffness=(k := 2.0 ** int(rng.integers(-60, 61))), force=k)
+    return in_units(problem, 2.0 ** int(rng.integers(-60, 61)), 1.0)
 
 
 def other_lengths(problem: Problem, rng: np.random.Generator) -> Problem:
     """Lengths times a power of two, forces as they are."""
-    return _scaled(problem, stiffness=2.0 ** int(rng.integers(-60, 61)), force=1.0)
+    return in_units(problem, 1.0, 2.0 ** -int(rng.integers(-60, 61)))
 
 
 def other_labels(problem: Problem, rng: np.random.Generator) -> Problem:
@@ -66,7 +67,6 @@ def backwards(problem: Problem, _: np.random.Generator) -> Problem:
 
 TANGENTIAL = ("q_w", "q_mean", "q_transient", "initial_slip")
 NORMAL = ("p_w", "p_mean", "p_transient")
-LOADS = ("q_w", "p_w", "q_mean", "p_mean", "q_transient", "p_transient")
 SAME_EVOLUTION: Mapping[str, Change] = {
     change.__name__: change for change in (other_forces, other_lengths, other_labels, other_direction)
 }
@@ -78,13 +78,6 @@ SAME_IN_SPACE: Mapping[str, Change] = {
     change.__name__: change
     for change in (other_forces, other_lengths, other_labels, other_tangents, backwards)
 }
-
-
-def _scaled(problem: Problem, *, stiffness: float, force: float) -> Problem:
-    matrices = {key: stiffness * getattr(problem, key) for key in _present(problem, "A", "B", "C")}
-    slips = {key: force / stiffness * getattr(problem, key) for key in _present(problem, "initial_slip")}
-    loads = {key: force * getattr(problem, key) for key in _present(problem, *LOADS)}
-    return replace(problem, **matrices, **slips, **loads)
 
 
 def _present(problem: Problem, *keys: str) -> list[str]:

@@ -11,13 +11,14 @@ import time
 import tracemalloc
 from contextlib import redirect_stderr, redirect_stdout
 from functools import partial
+from shutil import copytree
 
 import meshlane
 import numpy as np
 import pytest
 import writers
 from command import refused, run
-from model_files import BLOCK
+from model_files import BLOCK, refused_with
 from scipy import sparse
 
 from shakedown import ProblemError, import_model
@@ -252,9 +253,7 @@ def test_every_registered_reader_ends_in_an_answer_or_one_line(tmp_path, format)
 
 
 def test_damaged_configurations_end_in_an_answer_or_one_line(tmp_path):
-    for file in BLOCK.glob("*.dat"):
-        (tmp_path / file.name).write_bytes(file.read_bytes())
-    batter(tmp_path, TOML.encode(), import_model)
+    batter(copytree(BLOCK, tmp_path / "block"), TOML.encode(), import_model)
 
 
 LIES = {
@@ -375,21 +374,13 @@ def test_a_damaged_configuration_is_one_line(tmp_path, case):
     ],
 )
 def test_one_number_wrong_is_named(tmp_path, old, new, message):
-    for file in BLOCK.glob("*.dat"):
-        (tmp_path / file.name).write_bytes(file.read_bytes())
-    assert old in TOML
-    (tmp_path / "c.toml").write_text(TOML.replace(old, new, 1))
-    with pytest.raises(ProblemError, match=message):
-        import_model(tmp_path / "c.toml")
+    refused_with(copytree(BLOCK, tmp_path / "block") / "import.toml", old, new, message)
 
 
 def test_what_lies_outside_the_folder_is_never_shown(tmp_path):
     """Any file may be named, but a configuration must not be a way to read it."""
     (tmp_path / "secret").write_text("root:hunter2:0\nuser:swordfish:1\n")
-    inside = tmp_path / "case"
-    inside.mkdir()
-    for file in BLOCK.glob("*.dat"):
-        (inside / file.name).write_bytes(file.read_bytes())
+    inside = copytree(BLOCK, tmp_path / "case")
     (inside / "k").write_text(writers.matrix_market(K))
     mapped = (
         'friction = 0.3\n[stiffness]\nfile = "k"\nmap = "map"\n[contact]\nnodes = [11]\nnormal = [0, 1]\n'

@@ -73,50 +73,36 @@ def test_faces_are_kept_in_files_and_go_with_their_nodes(tmp_path):
     assert joint(faces=np.zeros((0, 4))).faces is None
 
 
+CORNERS = "expected numbers of nodes from 0 to 2 (−1 as the last of a triangle), found"
+
+
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    ("key", "value", "message"),
     [
-        ({"B": np.zeros((6, 3))}, "key 'B': expected shape (6, 6) or (3, 6), found (6, 3)"),
+        ("B", np.zeros((6, 3)), "expected shape (6, 6) or (3, 6), found (6, 3)"),
+        ("A", np.eye(6) + np.eye(6, k=1), "expected a symmetric matrix, found A[0,1] = 1 but A[1,0] = 0"),
+        ("faces", [[0, 1, 2, -1], [0, 1, 3, -1]], f"{CORNERS} 3 at faces[1][2]"),
+        ("faces", [[0, 1, 2, -1], [0, 1, -1, -1]], f"{CORNERS} -1 at faces[1][2]"),
+        ("faces", [[0, 1, 2, -1], [0.5, 1, 2, -1]], f"{CORNERS} 0.5 at faces[1][0]"),
+        ("faces", [[0, 1, 1, 2]], "expected corners that differ, found [0, 1, 1, 2] as face 0"),
+        ("faces", [[0, 1, 2]], "expected shape (e, 4), found (1, 3)"),
         (
-            {"A": np.eye(6) + np.triu(np.ones((6, 6)), 1)},
-            "key 'A': expected a symmetric matrix, found A[0,1] = 1 but A[1,0] = 0",
-        ),
-        *(
-            (
-                {"faces": [[0, 1, 2, -1], face]},
-                "key 'faces': expected numbers of nodes from 0 to 2 (−1 as the last of a triangle), found "
-                f"{found} at faces[1][{corner}]",
-            )
-            for face, found, corner in (
-                ([0, 1, 3, -1], 3, 2),
-                ([0, 1, -1, -1], -1, 2),
-                ([0.5, 1, 2, -1], 0.5, 0),
-            )
+            "tangents",
+            np.ones((3, 2, 3)),
+            "expected vectors of length 1, found the length 1.73205081 at node 0",
         ),
         (
-            {"faces": [[0, 1, 1, 2]]},
-            "key 'faces': expected corners that differ, found [0, 1, 1, 2] as face 0",
+            "tangents",
+            np.tile([[0.0, 0.6, 0.8], [0.0, 0.8, 0.6]], (3, 1, 1)),
+            "expected directions at right angles to each other and to 'normal', found the scalar product 0.96 at node 0",
         ),
-        ({"faces": [[0, 1, 2]]}, "key 'faces': expected shape (e, 4), found (1, 3)"),
-        (
-            {"tangents": np.ones((3, 2, 3))},
-            "key 'tangents': expected vectors of length 1, found the length 1.73205081 at node 0",
-        ),
-        (
-            {"tangents": np.tile([[0.0, 0.6, 0.8], [0.0, 0.8, 0.6]], (3, 1, 1)), "normal": None},
-            "key 'tangents': expected directions at right angles to each other and to 'normal', "
-            "found the scalar product 0.96 at node 0",
-        ),
-        (
-            {"tangent": np.tile([1.0, 0.0, 0.0], (3, 1))},
-            "key 'tangent': expected only with one tangential direction, found 2",
-        ),
+        ("tangent", np.tile([1.0, 0.0, 0.0], (3, 1)), "expected only with one tangential direction, found 2"),
     ],
 )
-def test_refused(changes, message):
+def test_refused(key, value, message):
     with pytest.raises(ProblemError) as error:
-        joint(**changes)
-    assert str(error.value) == message
+        joint(**{key: value}, normal=None)
+    assert str(error.value) == f"key '{key}': {message}"
 
 
 def test_a_pair_of_tangents_means_nothing_in_the_plane():

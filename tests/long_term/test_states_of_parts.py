@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from joints import FAMILY, member, walking
 from joints_in_space import embedded
-from uncoupled_parts import in_units, joined, pair
+from uncoupled_parts import joined, pair
 
 import shakedown
+from benchmarks.problems import in_units
 from shakedown import Outcome, Problem
 from shakedown.long_term.find_state import long_term_states
 from shakedown.long_term.node_results import node_results
@@ -31,7 +32,7 @@ def cycling():
 @pytest.mark.parametrize("in_space", [False, True])
 @pytest.mark.parametrize("decades", [0, 10])
 def test_a_slow_drift_beside_a_large_slip_is_ratchetting(in_space, decades):
-    still, slow = cycling(), in_units(with_mean(walking()), 10.0**-decades, 1.0)
+    still, slow = cycling(), in_units(with_mean(walking()), 1.0, 10.0**-decades)
     parts = [with_mean(embedded(each)) if in_space else each for each in (still, slow)]
     whole, alone = shakedown.long_term_state(joined(parts), 1.0), shakedown.long_term_state(parts[1], 1.0)
     assert whole.outcome == alone.outcome == Outcome.RATCHETTING

@@ -1,12 +1,8 @@
-"""Joints that the tests of this folder share, and the plain statement of the program through cvxpy."""
+"""Joints that the tests of this folder share."""
 
-import warnings
-
-import cvxpy as cp
 import numpy as np
 
 from shakedown import Problem
-from shakedown.joint.constraints import loading
 
 
 def strong_joint(seed: int, n: int, *, floating: bool = False, friction: float = 0.6) -> Problem:
@@ -57,40 +53,3 @@ def gammas(problem: Problem, share: np.ndarray) -> np.ndarray:
     n, d = share.shape
     rest = problem.B - np.einsum("ij,ijk->ik", share, problem.A.reshape(n, d, -1))
     return np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", rest, np.linalg.pinv(problem.A), rest), 0.0))
-
-
-def plainly(
-    problem: Problem,
-    share: np.ndarray | None = None,
-    *,
-    start: np.ndarray | None = None,
-    distance: float = 0.0,
-    load_factor: float | None = None,
-    end: type = cp.Maximize,
-) -> float:
-    """λ_E from a slip, or the radius of the largest ball at a load factor, every load step on its own.
-
-    In the plane, below critical friction, the whole own share is taken, which costs nothing there.
-    """
-    n, d, loop, f = problem.n, problem.directions, loading(problem), problem.f
-    stretch = np.ones(n) if d == 1 else np.sqrt(1 + f**2 * (share**2).sum(axis=1))
-    spread = f * gammas(
-        problem, (np.diagonal(problem.B) / np.diagonal(problem.A))[:, None] if d == 1 else share
-    )
-    values, vectors = np.linalg.eigh(problem.A)
-    root = (vectors * np.sqrt(np.maximum(values, 0.0))).T
-    v, radius, factor = cp.Variable(d * n), cp.Variable(nonneg=True), cp.Variable(nonneg=True)
-    limits = [factor == load_factor] if load_factor is not None else []
-    if load_factor is None:
-        limits.append(
-            cp.norm(root @ (v - (np.zeros(d * n) if start is None else start))) + distance <= radius
-        )
-    q, p = loop.q0 + problem.A @ v, loop.p0 + problem.B @ v
-    for q1, p1 in zip(loop.q1, loop.p1, strict=True):
-        drawn = cp.reshape(q + factor * q1, (d, n), order="F")
-        limits.append(cp.SOC(cp.multiply(f, p + factor * p1) - spread * radius, drawn @ np.diag(stretch)))
-    task = cp.Problem(end(factor) if load_factor is None else cp.Maximize(radius), limits)
-    with warnings.catch_warnings():  # it asks itself for more digits than it reaches
-        warnings.simplefilter("ignore", UserWarning)
-        task.solve(solver="CLARABEL", tol_gap_abs=1e-10, tol_gap_rel=1e-10, tol_feas=1e-10)
-    return float(task.value)

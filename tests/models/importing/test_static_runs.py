@@ -11,7 +11,6 @@ from shakedown import ProblemError, import_model
 THERMAL = 'thermal = { file = "held.dat", step = 1 }'
 CLAMPED = 'reactions = { file = "clamped.dat", step = 1, bodies = "clamped" }'
 OPEN = 'open = { file = "open.dat", step = 1 }'
-DENSITY, GRAVITY = 7.85e-9, 9.81e9
 
 
 @pytest.fixture

@@ -69,28 +69,16 @@ def test_each_comes_out_as_from_files_of_its_own(folder, number):
 
 
 @pytest.mark.parametrize(
-    ("files", "more", "message"),
+    ("matrix", "more", "message"),
     [
-        (
-            ("101.pch", "both.op4"),
-            'map = "101.pch"',
-            r"expected one stiffness matrix, found .*KXX.*; name the one to take",
-        ),
-        (
-            ("101.pch", "both.op4"),
-            "map = '101.pch'\nmatrix = 'KXX(3)'",
-            r"expected one matrix 'KXX.3.', found .*KXX",
-        ),
-        (
-            ("101.pch", "both.dmig"),
-            "",
-            r"both.dmig: expected one superelement, found 101, 102; give a file",
-        ),
+        ("both.op4", "map = '101.pch'", "expected one stiffness matrix, found .*KXX.*; name the one to take"),
+        ("both.op4", "map = '101.pch'\nmatrix = 'KXX(3)'", "expected one matrix 'KXX.3.', found .*KXX"),
+        ("both.dmig", "", "both.dmig: expected one superelement, found 101, 102; give a file"),
     ],
 )
-def test_which_one_must_be_said(folder, files, more, message):
+def test_which_one_must_be_said(folder, matrix, more, message):
     with pytest.raises(ProblemError, match=message):
-        imported(folder, *files, more)
+        imported(folder, "101.pch", matrix, more)
 
 
 def test_points_of_several_superelements_are_refused(tmp_path):

@@ -58,8 +58,7 @@ def test_calculix_and_scikit_fem_agree_on_a_b_c(deck):
 
 def test_forces_on_tied_nodes_are_added(tmp_path):
     """Both layers are printed: with the tied nodes the stiffness is that of the full depth, without, of half."""
-    for file in BLOCK.iterdir():
-        shutil.copy(file, tmp_path)
+    shutil.copytree(BLOCK, tmp_path, dirs_exist_ok=True)
     expected = same_block().stiffness
     scale = np.abs(expected).max()
     np.testing.assert_allclose(
