@@ -45,9 +45,10 @@ def test_cited_thresholds_of_the_jump():
     assert lost_by(problem, (1,), (0,))[0] == pytest.approx(0.36929, abs=5e-6)
 
 
-def random_stiffness(rng, n):
-    G = rng.normal(size=(2 * n, 2 * n))
-    kappa = G @ G.T / (2 * n) + 0.3 * np.eye(2 * n)
+def random_stiffness(rng, n, normal=1.0):
+    """A joint in which a unit of the gap is so many of the slip."""
+    G = rng.normal(size=(2 * n, 2 * n)) * np.repeat([1.0, normal], n)[:, None]
+    kappa = G @ G.T / (2 * n) + 0.3 * np.diag(np.repeat([1.0, normal**2], n))
     return shakedown.Problem(
         A=kappa[:n, :n], B=kappa[n:, :n], C=kappa[n:, n:], f=0.3, q_w=np.zeros((1, n)), p_w=np.ones((1, n))
     )
@@ -92,11 +93,12 @@ def test_uniqueness_is_the_first_principal_minor_to_vanish(seed):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_what_is_said_of_many_nodes_encloses_what_all_sets_say(monkeypatch, seed):
-    problem = random_stiffness(np.random.default_rng(100 + seed), 4)
-    whole = shakedown.friction_thresholds(problem)
-    monkeypatch.setattr(friction_thresholds, "ALL_SUBSETS_UP_TO", 3)
-    monkeypatch.setattr(friction_thresholds, "LARGEST_SET", 3)
-    few = shakedown.friction_thresholds(problem)
+    problem, found = random_stiffness(np.random.default_rng(100 + seed), 4, normal=8.0), []
+    for most in (3, 4):
+        monkeypatch.setattr(friction_thresholds, "ALL_SUBSETS_UP_TO", most)
+        monkeypatch.setattr(friction_thresholds, "LARGEST_SET", most)
+        found.append(shakedown.friction_thresholds(problem))
+    few, whole = found
     for name in ("uniqueness_in_contact", "uniqueness"):
         interval, exact = getattr(few, name), getattr(whole, name).value
         assert 0.0 < interval.low <= exact <= interval.high * (1 + 1e-12)
