@@ -219,8 +219,8 @@ def test_by_default_the_first_load_that_varies_is_followed():
 
 
 def test_without_compliance_the_dissipation_is_known():
-    curve = damping(jenkins(load_compliance=None), [2.0])
-    assert curve.dissipation.tolist() == [2.0]
+    curve = damping(jenkins(load_compliance=None), [0.0, 2.0])
+    assert curve.dissipation.tolist() == [0.0, 2.0]
     assert np.isnan(curve.displacement).all()
 
 
