@@ -9,10 +9,7 @@ import shakedown
 from benchmarks.problems import joint
 from shakedown import Problem
 from shakedown.bounds import friction_thresholds
-from shakedown.bounds.coupling import (
-    first_loss,
-    scaled_stiffness,
-)
+from shakedown.bounds.coupling import first_loss, scaled_stiffness
 from shakedown.bounds.friction_thresholds import PROGRAMS, friction_used, wedged_slip
 from shakedown.ground.constants import SIX_DIGITS
 
