@@ -87,6 +87,15 @@ def twins(seed: int, n: int) -> Problem:
     return Problem(A=A, B=0.3 * A, f=0.3, q_w=problem.q_w[:, :1] * same, p_w=problem.p_w[:, :1] * same)
 
 
+def apex(seed: int, n: int) -> Problem:
+    """A far slip under which the mean load leaves no reaction: every subset meets there, at load factor 0."""
+    problem = joint(seed, n)
+    slip, q, p = 1e4 * np.random.default_rng(seed).normal(size=n), problem.q_w, problem.p_w
+    q0, p0 = -problem.A @ slip, -problem.B @ slip
+    loop = {"q_w": q - q.mean(axis=0) + q0, "p_w": p - p.mean(axis=0) + p0}
+    return Problem(A=problem.A, B=problem.B, f=problem.f, q_mean=q0, p_mean=p0, **loop)
+
+
 @pytest.fixture
 def by_tree(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "SMALL", 0)
@@ -100,7 +109,7 @@ def both_ways(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> tuple:
     return plain, shakedown.critical_load_factors(problem, values=True)
 
 
-@pytest.mark.parametrize("make", [joint, half_coupled, twins])
+@pytest.mark.parametrize("make", [joint, half_coupled, twins, apex])
 @pytest.mark.parametrize("n", [1, 4])
 def test_tree_and_batches_agree(make, n: int, monkeypatch: pytest.MonkeyPatch) -> None:
     problem = make(n, max(n, 2) if make is half_coupled else n)
