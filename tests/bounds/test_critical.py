@@ -34,19 +34,11 @@ def test_degenerate_subsets_are_counted_not_solved() -> None:
 
 def test_nearly_singular_is_degenerate() -> None:
     """Two nodes with the same backward limit, exactly or but for 1e-14."""
-    same, nearly = (
-        shakedown.critical_load_factors(
-            Problem(
-                A=[[2.0, 1.0], [1.0, 2.0]],
-                B=np.diag([2.0, 2.0 - 2 * tilt]),
-                f=0.5,
-                q_w=[[1.0, 1.0], [-1.0, -1.0]],
-                p_w=np.full((2, 2), 4.0),
-            )
-        )
-        for tilt in (0.0, 1e-14)
-    )
-    assert same.degenerate == nearly.degenerate > 0
+    loop = {"f": 0.5, "q_w": [[1.0, 1.0], [-1.0, -1.0]], "p_w": np.full((2, 2), 4.0)}
+    coupled = (np.diag([2.0, 2.0 - 2 * tilt]) for tilt in (0.0, 1e-14))
+    joints = [Problem(A=[[2.0, 1.0], [1.0, 2.0]], B=B, **loop) for B in coupled]
+    same, nearly = (shakedown.critical_load_factors(each).degenerate for each in joints)
+    assert same == nearly > 0
 
 
 def test_progress_ends_at_the_total() -> None:
@@ -117,11 +109,9 @@ def test_tree_and_batches_agree(make, n: int, monkeypatch: pytest.MonkeyPatch) -
     assert (tree.total, tree.regular, tree.degenerate) == (plain.total, plain.regular, plain.degenerate)
     assert tree.regular + tree.degenerate == plain.regular + plain.degenerate == tree.total
     np.testing.assert_allclose(tree.load_factors, plain.load_factors, rtol=1e-8, atol=1e-11)
-    for a, b in (
-        (tree.smallest_positive, plain.smallest_positive),
-        (tree.smallest_feasible, plain.smallest_feasible),
-    ):
-        assert a.load_factor == pytest.approx(b.load_factor, rel=1e-10, nan_ok=True)
+    for which in ("smallest_positive", "smallest_feasible"):
+        expected = getattr(plain, which).load_factor
+        assert getattr(tree, which).load_factor == pytest.approx(expected, rel=1e-10, nan_ok=True)
 
 
 @pytest.mark.usefixtures("by_tree")
