@@ -1,13 +1,15 @@
 """Who tests the tests: one operator, comparison, sign or constant of the package changed at a time.
 
-Places are drawn over the modules that decide answers. Each is changed in a copy of the repository, where the
-examples of its module run, the tests of its folder, and those of the folder above. A change that no test
-notices survives: a test is missing, or nothing needs the code, or both mean the same.
+Each place drawn is changed in a copy of the repository. There the examples of its module run with the tests
+that name it, then the others of its folder and of the one above. A change that no test notices survives: a
+test is missing, or nothing needs the code, or both mean the same.
 
-``python -m benchmarks.mutation`` goes on where it stopped.
+``python -m benchmarks.mutation`` goes on where it stopped; what is measured by then is a sample of them all.
 """
 
 import ast
+import os
+import re
 import shutil
 import subprocess
 import sys
@@ -24,7 +26,9 @@ from shakedown.report.facts import table
 
 TITLE = "Changes of the source that no test notices"
 ROOT = Path(__file__).parents[1]
-FOLDERS = ("bounds", "programs", "motion", "long_term", "joint", "models/importing")
+TESTS = ROOT / "tests"
+DECIDE = ("joint", "programs", "bounds", "motion", "long_term", "models/importing", "assessment")
+FOLDERS = (*(f"shakedown/{name}" for name in (*DECIDE, "studies", "report")), "cli")
 PLACES = 200
 SECONDS = 900  # of tests that do not end: the change is noticed
 CHANGED = {  # what stands for an operator, and what is put there
@@ -55,9 +59,7 @@ class Place(NamedTuple):
 
 def places(path: Path) -> Iterator[Place]:
     """Whatever can be changed in a file; annotations and docstrings are left alone."""
-    text = path.read_text()
-    lines = [line.encode() for line in text.splitlines()]
-    name = str(path.relative_to(ROOT))
+    lines, name = path.read_bytes().splitlines(), str(path.relative_to(ROOT))
 
     def between(before: ast.expr, after: ast.expr, found: str, changed: str) -> Iterator[Place]:
         line, start = before.end_lineno or 0, before.end_col_offset or 0
@@ -69,7 +71,7 @@ def places(path: Path) -> Iterator[Place]:
                 return
             line, start = line + 1, 0
 
-    for node in _calculated(ast.parse(text)):
+    for node in _calculated(ast.parse(path.read_bytes())):
         if isinstance(node, ast.Compare):
             for before, operator, after in zip(
                 [node.left, *node.comparators], node.ops, node.comparators, strict=False
@@ -102,25 +104,23 @@ def cases(short: bool) -> list[dict]:
     """Places drawn over all of the modules, each with its tests; the first of Coulomb's law, in short."""
     if short:
         first = next(places(ROOT / "shakedown" / "joint" / "law.py"))
-        return [
-            first._asdict()
-            | {"tests": [["tests/joint/test_two_directions.py::test_the_extreme_load_steps_suffice"]]}
-        ]
-    files = [path for folder in FOLDERS for path in sorted((ROOT / "shakedown" / folder).rglob("*.py"))]
+        test = "tests/joint/test_two_directions.py::test_the_extreme_load_steps_suffice"
+        return [first._asdict() | {"tests": [[test]]}]
+    files = [path for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*.py"))]
     found = [place for path in files for place in places(path)]
     drawn = np.random.default_rng(1).choice(len(found), min(PLACES, len(found)), replace=False)
-    return [found[k]._asdict() | {"tests": _tests(found[k].path)} for k in np.sort(drawn)]
+    return [found[k]._asdict() | {"tests": _tests(found[k].path)} for k in drawn]
 
 
 @cache
 def _copied() -> Path:
-    """A copy of what git knows of the repository."""
+    """A copy of the repository, from which Python reads all modules, those of the command line too."""
     copy = Path(tempfile.mkdtemp(prefix="mutation-"))
-    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True)
-    for name in listed.stdout.splitlines():
-        if (ROOT / name).is_file():
-            (copy / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(ROOT / name, copy / name)
+    left = shutil.ignore_patterns(".git", ".venv*", "__pycache__")
+    shutil.copytree(ROOT, copy, ignore=left, dirs_exist_ok=True)
+    (copy / "shakedown" / "cli").symlink_to(copy / "cli")  # where an installed checkout maps it
+    found = _run(copy, "-c", "from shakedown.cli import main; print(main.__file__)").stdout
+    assert Path(found).is_relative_to(copy), f"{found} runs in place of the copy"
     return copy
 
 
@@ -135,52 +135,52 @@ def measure(case: dict) -> dict:
     lines[place.line - 1] = line[: place.column] + place.changed.encode() + line[end:]
     try:
         file.write_bytes(b"".join(lines))
-        for tests in case["tests"]:
-            failed = _failed(copy, tests)
-            if failed:
-                return {"noticed": failed}
+        failed = (_failed(copy, tests) for tests in case["tests"])
+        return {"noticed": next(filter(None, failed), "")}
     finally:
         file.write_bytes(original)
-    return {"noticed": ""}
 
 
+@cache
 def _tests(path: str) -> list[list[str]]:
-    """A module, for the examples of its docstrings, and the folder of tests nearest to it; the one above."""
-    top = ROOT / "tests"
-    folder = top / Path(path).parent.relative_to("shakedown")
+    """A module, for its examples, with the tests that name or call it; the others of the folders near it."""
+    name = "shakedown." + ".".join(Path(path).with_suffix("").parts).removeprefix("shakedown.")
+    folder = TESTS / "/".join(name.split(".")[1:-1])
     while not folder.is_dir():
         folder = folder.parent
-    above = [[str(folder.parent.relative_to(ROOT))]] if folder.parent != top else []
-    return [[path, str(folder.relative_to(ROOT))], *above]
+    above = folder if folder.parent == TESTS else folder.parent
+    near = sorted(above.rglob("test_*.py"), key=lambda file: (folder not in file.parents, file))
+    named = re.compile(rf"\b{name}\b|\b{Path(path).stem}\(")
+    naming = [file for file in [*near, *sorted(TESTS.rglob("test_*.py"))] if named.search(file.read_text())]
+    stages = filter(None, (list(dict.fromkeys(naming)), [file for file in near if file not in naming]))
+    first, *others = [[str(file.relative_to(ROOT)) for file in files] for files in stages]
+    return [[path, *first], *others]
 
 
 def _failed(copy: Path, tests: list[str]) -> str:
     """The first of some tests that fails; empty where none does."""
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider", *tests]
     try:
-        done = subprocess.run(command, cwd=copy, capture_output=True, text=True, timeout=SECONDS, check=False)
+        done = _run(copy, "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider", *tests)
     except subprocess.TimeoutExpired:
         return "no end"
-    if done.returncode == 0:
+    if done.returncode in (0, 5):  # all pass, or all are slow ones
         return ""
     named = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
     return named[0].split(" - ")[0] if named else "no test can be read"
 
 
+def _run(copy: Path, *words: str) -> subprocess.CompletedProcess:
+    """Python in the copy."""
+    command, env = [sys.executable, *words], os.environ | {"PYTHONPATH": str(copy)}
+    return subprocess.run(command, cwd=copy, env=env, capture_output=True, text=True, timeout=SECONDS)
+
+
 def tables(rows: list[dict]) -> str:
     """How many are noticed, and those that are not."""
     survived = [row for row in rows if not row["noticed"]]
-    lines = [
-        [f"{row['path']}:{row['line']}:{row['column']}", row["found"], row["changed"]] for row in survived
-    ]
-    return f"{len(rows) - len(survived)} of {len(rows)} noticed\n\n" + table(
-        ["survives", "source", "changed to"], lines
-    )
-
-
-def figures(rows: list[dict]) -> dict:
-    """None."""
-    return {}
+    lines = [["{path}:{line}:{column}".format(**row), row["found"], row["changed"]] for row in survived]
+    shown = table(["survives", "source", "changed to"], lines)
+    return f"{len(rows) - len(survived)} of {len(rows)} noticed\n\n{shown}"
 
 
 if __name__ == "__main__":

@@ -198,7 +198,7 @@ def _consider(state: TreeWalk, value: float) -> None:
     size = 0.0
     for c in range(N):
         size = max(size, abs(x[c]))
-    if x[N - 1] <= 2.0**-52 * size / spread:  # zero to round-off
+    if x[N - 1] <= 2.0**-52 * N * size / spread:  # zero to round-off
         return
     if x[N - 1] < record[0]:
         record[0] = x[N - 1]

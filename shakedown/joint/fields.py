@@ -235,8 +235,8 @@ def printed_error(*matrices: FloatArray) -> float:
 
     Examples
     --------
-    >>> exact = np.outer([1.0, 3.0], [1 / 7, 1 / 9])
-    >>> printed_error(exact), printed_error(np.round(exact, 8)) < 1e-7, printed_error(np.eye(3))
+    >>> exact = np.outer(10.0 ** -np.arange(5), [30 / 7, 10 / 9])
+    >>> printed_error(exact), printed_error(np.round(exact, 8)) < 2e-9, printed_error(np.eye(3))
     (0.0, True, 0.0)
     """
     least, most = 5, 12  # digits: numbers of fewer are as good as exact, of more as round-off

@@ -566,7 +566,7 @@ def save_node_instants(
     settled = settled_of(simulation_or_state, "save_node_instants")
     check_count("instants", instants, 500)
     history, problem = settled.history, settled.problem
-    if not isinstance(settled, LongTermState) or not settled.period or len(history) < 2:
+    if not isinstance(settled, LongTermState) or not settled.period:
         raise UsageError("save_node_instants: expected a steady period from event to event, found none")
     times = np.linspace(max(float(history.cycle[0]), 0.0), float(history.cycle[-1]), instants)
     at = history.at(times)

@@ -236,7 +236,7 @@ class Pictured(NamedTuple):
 def as_given_state(v: Verification) -> Pictured | None:
     """The long-term state at λ = 1; None where it was not followed from event to event."""
     state = v.as_given.simulation.long_term
-    return None if state is None or len(state.history) < 2 else Pictured(state, "at λ = 1, the nominal load")
+    return None if state is None or not len(state.history) else Pictured(state, "at λ = 1, the nominal load")
 
 
 def cycling_state(v: Verification) -> Pictured | None:
@@ -246,7 +246,7 @@ def cycling_state(v: Verification) -> Pictured | None:
     states = [run.simulation.long_term for run in v.runs if run.initial == v.as_given.initial]
     states.sort(key=lambda state: inf if state is None else state.load_factor)
     for state in [*states, None if v.transient is None else v.transient.at_high]:
-        if state is not None and state.outcome in MOVING and state.load_factor > 1 and len(state.history) > 1:
+        if state is not None and state.outcome in MOVING and state.load_factor > 1 and len(state.history):
             return Pictured(
                 state, f"at {at_lambda(state.load_factor)}, the nearest simulated load that slips"
             )

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from command import document, run
+from joints_in_space import random_joint
 
 import shakedown
 from benchmarks.bodies.classical import press_fit
@@ -52,6 +53,13 @@ def test_it_is_silent_where_nodes_are_few_or_nowhere():
         mesh = shakedown.assess(joint).details.mesh
         assert np.isnan(mesh.edge_share)
         assert (mesh.coarser, mesh.warning) == ({}, None)
+
+
+@pytest.mark.parametrize(("side", "tells"), [(3, False), (4, True)])
+def test_of_a_patch_sixteen_nodes_make_a_coarser_mesh(side, tells):
+    x = np.stack(np.meshgrid(*[np.arange(float(side))] * 2), axis=-1).reshape(-1, 2)
+    joint = replace(random_joint(np.random.default_rng(0), side**2), x=x)
+    assert np.isfinite(shakedown.assess(joint).details.mesh.edge_share) == tells
 
 
 def test_the_command_tells_it(tmp_path):

@@ -34,19 +34,11 @@ def test_degenerate_subsets_are_counted_not_solved() -> None:
 
 def test_nearly_singular_is_degenerate() -> None:
     """Two nodes with the same backward limit, exactly or but for 1e-14."""
-    same, nearly = (
-        shakedown.critical_load_factors(
-            Problem(
-                A=[[2.0, 1.0], [1.0, 2.0]],
-                B=np.diag([2.0, 2.0 - 2 * tilt]),
-                f=0.5,
-                q_w=[[1.0, 1.0], [-1.0, -1.0]],
-                p_w=np.full((2, 2), 4.0),
-            )
-        )
-        for tilt in (0.0, 1e-14)
-    )
-    assert same.degenerate == nearly.degenerate > 0
+    loop = {"f": 0.5, "q_w": [[1.0, 1.0], [-1.0, -1.0]], "p_w": np.full((2, 2), 4.0)}
+    coupled = (np.diag([2.0, 2.0 - 2 * tilt]) for tilt in (0.0, 1e-14))
+    joints = [Problem(A=[[2.0, 1.0], [1.0, 2.0]], B=B, **loop) for B in coupled]
+    same, nearly = (shakedown.critical_load_factors(each).degenerate for each in joints)
+    assert same == nearly > 0
 
 
 def test_progress_ends_at_the_total() -> None:
@@ -87,6 +79,15 @@ def twins(seed: int, n: int) -> Problem:
     return Problem(A=A, B=0.3 * A, f=0.3, q_w=problem.q_w[:, :1] * same, p_w=problem.p_w[:, :1] * same)
 
 
+def apex(seed: int, n: int) -> Problem:
+    """A far slip under which the mean load leaves no reaction: every subset meets there, at load factor 0."""
+    problem = joint(seed, n)
+    slip, q, p = 1e4 * np.random.default_rng(seed).normal(size=n), problem.q_w, problem.p_w
+    q0, p0 = -problem.A @ slip, -problem.B @ slip
+    loop = {"q_w": q - q.mean(axis=0) + q0, "p_w": p - p.mean(axis=0) + p0}
+    return Problem(A=problem.A, B=problem.B, f=problem.f, q_mean=q0, p_mean=p0, **loop)
+
+
 @pytest.fixture
 def by_tree(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "SMALL", 0)
@@ -100,7 +101,7 @@ def both_ways(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> tuple:
     return plain, shakedown.critical_load_factors(problem, values=True)
 
 
-@pytest.mark.parametrize("make", [joint, half_coupled, twins])
+@pytest.mark.parametrize("make", [joint, half_coupled, twins, apex])
 @pytest.mark.parametrize("n", [1, 4])
 def test_tree_and_batches_agree(make, n: int, monkeypatch: pytest.MonkeyPatch) -> None:
     problem = make(n, max(n, 2) if make is half_coupled else n)
@@ -108,11 +109,9 @@ def test_tree_and_batches_agree(make, n: int, monkeypatch: pytest.MonkeyPatch) -
     assert (tree.total, tree.regular, tree.degenerate) == (plain.total, plain.regular, plain.degenerate)
     assert tree.regular + tree.degenerate == plain.regular + plain.degenerate == tree.total
     np.testing.assert_allclose(tree.load_factors, plain.load_factors, rtol=1e-8, atol=1e-11)
-    for a, b in (
-        (tree.smallest_positive, plain.smallest_positive),
-        (tree.smallest_feasible, plain.smallest_feasible),
-    ):
-        assert a.load_factor == pytest.approx(b.load_factor, rel=1e-10, nan_ok=True)
+    for which in ("smallest_positive", "smallest_feasible"):
+        expected = getattr(plain, which).load_factor
+        assert getattr(tree, which).load_factor == pytest.approx(expected, rel=1e-10, nan_ok=True)
 
 
 @pytest.mark.usefixtures("by_tree")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import shakedown
+from benchmarks.drawn_joints import drawn_joint
 from shakedown.motion.course import EventKind
 from shakedown.motion.evolution import Evolution
 
@@ -88,6 +89,11 @@ def test_a_proved_state_may_be_disturbed_by_its_distance_from_the_surface_of_the
     assert state.energy_margin == pytest.approx(ball.radius - ball.distance(state.final_slip), rel=1e-6)
     single = np.sqrt(np.diag(problem.A)) * state.single_node_margin
     assert single.max() == pytest.approx(state.energy_margin)
+
+
+def test_a_proof_is_sought_next_below_the_transient_limit():
+    limit = shakedown.transient_limit(drawn_joint(3, 27))  # its start proves nothing
+    assert (1.0 - 2e-6) * limit.low < limit.proved < limit.low
 
 
 @pytest.mark.parametrize("name", ["two-node", "block-9", "block-33"])

@@ -6,7 +6,7 @@ import pytest
 
 import shakedown
 from shakedown.ground.errors import Missing, SolverError, attempt
-from shakedown.programs.program import Program
+from shakedown.programs.program import Program, equilibration
 from shakedown.programs.simplex import Simplex
 
 
@@ -15,6 +15,13 @@ def linear(seed=0):
     matrix = rng.normal(size=(12, 4))
     cost = matrix.T @ rng.uniform(-1, 0, 12)
     return Simplex(Program(matrix, rng.uniform(1, 2, 12), cost=cost))
+
+
+def test_units_of_columns_that_are_powers_of_two_change_no_bit():
+    matrix, units = np.random.default_rng(0).normal(size=(6, 3)), 2.0 ** np.array([40, -30, 0])
+    (rows, columns), (others, scaled) = equilibration(matrix), equilibration(matrix * units)
+    np.testing.assert_array_equal(others, rows)
+    np.testing.assert_array_equal(scaled * units, columns)
 
 
 def test_where_a_start_fails_loosened_tolerances_lead_to_the_same_vertex(monkeypatch):

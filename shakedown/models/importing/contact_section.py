@@ -407,7 +407,7 @@ def _placed(contact: ContactSection, places: FloatArray, mesh: Mesh) -> ContactS
     found = strips(places, tangents, edges)
     x, mean = contact.x, tangents.mean(axis=0)
     if x is None and (np.abs(tangents - mean) <= SIX_DIGITS).all():
-        x = places @ mean / np.linalg.norm(mean)
+        x = places @ mean
     elif x is None:
         x = arc_lengths(places, tangents, found)
     order = np.concatenate(found) if contact.sorted_by_place else np.arange(len(x))

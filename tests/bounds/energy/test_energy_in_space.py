@@ -138,6 +138,7 @@ def test_a_ball_with_shares_is_so_small_that_no_jump_opens_a_node():
     assert bound.load_factor > 2.5 * plain.load_factor
     for ball in (bound, bound.certificate):
         assert ball.radius < closed_radius(joint, metric, ball.slip, (0.0, ball.load_factor))
+    assert closed_radius(replace(joint, B=0.0 * joint.B), metric, bound.slip, (0.0,)) == np.inf
     state = shakedown.long_term_state(joint, 0.999 * bound.load_factor)
     assert (state.outcome, state.open_nodes) == ("shakedown", ())
 

@@ -31,6 +31,8 @@ def test_strictly():
     exact = ExactBall(one_node(), NONE)  # γ = 0: all that counts is a margin > 0
     assert exact.holds(np.nextafter(1.5, 0), np.zeros(1), 1e300)
     assert not exact.holds(1.5, np.zeros(1), 0.0)
+    near = 1.0 - 2.0**-50  # eigenvalues of A: 2⁻⁵⁰, of the size of round-off, and 2
+    assert not ExactBall(replace(TWO, A=[[1.0, near], [near, 1.0]]), NONE).regular
 
 
 def test_distance_is_rounded_up():

@@ -90,6 +90,13 @@ def test_what_an_axisymmetric_model_cannot_have_is_refused(ring, place, line, me
     refused_with(ring / "import.toml", place, f"{place}\n{line}", message)
 
 
+@pytest.mark.parametrize("young", [1e-3 * YOUNG, 1e3 * YOUNG])
+def test_a_stiffness_in_other_units_than_the_material_is_doubted(ring, young):
+    deck = (ring / "ring.inp").read_text()
+    (ring / "ring.inp").write_text(deck.replace("210000.,", f"{young},"))
+    assert any("is 'scale' right?" in warning for warning in import_model(ring / "import.toml").warnings)
+
+
 @pytest.mark.parametrize(
     ("line", "factor"),
     [

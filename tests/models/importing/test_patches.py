@@ -1,6 +1,7 @@
 """Several patches in one import, each by its name: as one contact, of pairs and of surfaces, with errors."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from command import run
 from meshed_apart import LOADS, bricks, write
 
 from shakedown import ProblemError, import_model, load_problem
+from shakedown.models.importing.templates import write_import_example
 from shakedown.plot import patch_count
 from shakedown.plot.patch_places import places_of
 
@@ -54,6 +56,18 @@ def test_two_patches_are_one_contact(folder):
     carried = [part for part in made.loads[0].parts if part.what.startswith("contact, ")]
     assert [part.what for part in carried] == ["contact, left", "contact, right"]
     np.testing.assert_allclose(sum(part.force for part in carried), [0, 0, 180.0], atol=1e-7)
+
+
+def test_patches_between_each_other_are_drawn_five_spacings_apart(tmp_path):
+    write_import_example(tmp_path)
+    text = (tmp_path / "import.toml").read_text()
+    patches = "".join(
+        f'[[contact]]\nname = "{name}"\npairs = {[[k, k + 1072] for k in nodes]}\nnormal = [0, 1]\n'
+        for name, nodes in (("odd", range(1, 10, 2)), ("even", range(2, 9, 2)))
+    )
+    (tmp_path / "two.toml").write_text(re.sub(r"\[contact\]\n.*\n", patches, text))
+    spaces = np.diff(import_model(tmp_path / "two.toml").problem.x)
+    np.testing.assert_allclose(spaces, [0.5] * 4 + [2.5] + [0.5] * 3)
 
 
 def test_matching_surfaces_beside_pairs_are_pairs(folder):

@@ -63,6 +63,16 @@ def test_a_load_case_is_refused_where_its_file_is_not_what_the_key_says(heat):
             made(heat, (THERMAL, line))
 
 
+def test_reactions_of_held_nodes_have_no_other_directions(heat):
+    deck = (heat / "blocks.inp").read_text()
+    turned = "*TRANSFORM, NSET=TOP, TYPE=R\n0., 1., 0., -1., 0., 0.\n"
+    (heat / "blocks.inp").write_text(deck.replace("*NSET, NSET=TOP", f"{turned}*NSET, NSET=TOP"))
+    with pytest.raises(
+        ProblemError, match=r"expected nodes with directions x, y, z, found node \d+ in a \*TRANSFORM"
+    ):
+        made(heat)
+
+
 def test_held_runs_have_to_show_that_they_are(heat):
     text = (heat / "held.dat").read_text()
     (heat / "held.dat").write_text(" forces" + text.partition(" forces")[2])

@@ -3,10 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import block_diag
+import pytest
 
-import shakedown
-from shakedown.motion.evolution import Evolution
+from benchmarks.implicit_steps import ImplicitSteps
+from shakedown.motion.course import EventKind
+from shakedown.motion.evolution import evolve
 from tests.joints_in_space import random_joint
 
 
@@ -17,22 +18,13 @@ def rising(rng, n):
     return replace(problem, q_transient=np.stack([np.zeros(2 * n), problem.q_w[0]]), p_transient=transient)
 
 
-def beside(one, other):
-    """Two joints that know nothing of each other as one."""
-    joined = {key: block_diag(getattr(one, key), getattr(other, key)) for key in "ABC"}
-    for key in ("q_w", "p_w", "q_transient", "p_transient"):
-        joined[key] = np.hstack([getattr(one, key), getattr(other, key)])
-    return shakedown.Problem(f=np.append(one.f, other.f), **joined)
-
-
-def test_many_nodes_reach_what_few_nodes_reach_one_after_the_other():
-    rng = np.random.default_rng(3)
-    one, other = rising(rng, 6), rising(rng, 6)
-    found = [Evolution(joint, 1.0) for joint in (one, other, beside(one, other))]
-    assert [motion.advance(1) for motion in found] == [1, 1, 1]
-    alone = np.concatenate([motion.state.contact for motion in found[:2]])
-    np.testing.assert_array_equal(found[2].state.contact, alone)
-    slips = np.concatenate([motion.state.u[motion.problem.layout.slips] for motion in found[:2]])
-    together = found[2].state.u[found[2].problem.layout.slips]
-    np.testing.assert_allclose(together, slips, rtol=0.0, atol=1e-7 * np.abs(slips).max())
-    assert len(set(alone)) > 1
+@pytest.mark.parametrize("n", [3, 6, 12])
+def test_loads_in_proportion_are_one_implicit_step(n):
+    """No reaction turns on the way, of few nodes or of many."""
+    joint = rising(np.random.default_rng(0), n)
+    path = evolve(joint, 1.0, cycles=1).history
+    risen = path.rows(path.kind == EventKind.LOAD_STEP).rows([2])  # after the start and the first of two rows
+    step = ImplicitSteps(joint.kappa, joint.f, 2, np.abs(joint.q_transient).max())
+    slip = step.follow(np.zeros(2 * n), np.zeros(n), joint.q_transient, joint.p_transient).v[-1]
+    np.testing.assert_allclose(risen.v[0], slip, rtol=0.0, atol=1e-8 * np.abs(slip).max())
+    assert len(set(risen.state[0])) > 1
