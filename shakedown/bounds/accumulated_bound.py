@@ -245,17 +245,19 @@ def _bisected(search: ArcSearch, proved: float) -> tuple[float, SlipArcs, NoSlip
         return inf, arcs, None
     # first step above what is proved already, in accuracies
     low, high, at, why = proved, inf, max(elastic, (1.0 + 64.0 * accuracy) * proved), None
+    step = at - low  # kept apart: a small one doubled again would double the round-off of the load factors
     for _ in range(2 * HALVINGS):
         if high - low <= accuracy * high < inf or at > LARGEST:
             break
         try:
             search, arcs = search.closed(at)
-            low, at = at, min(2.0 * at - proved, 0.5 * (at + high))
+            low, at, step = at, at + min(step, 0.5 * (high - at)), 2.0 * step
         except NoSlipBound as reason:
             proved = low if high == inf else proved
-            high, at, why = at, 0.5 * (low + at), reason
-            while low == proved and at - low > 64.0 * accuracy * high:
-                at = 0.5 * (low + at)
+            high, step, why = at, 0.5 * (at - low), reason
+            while low == proved and step > 64.0 * accuracy * high:
+                step *= 0.5
+            at = low + step
     return low, arcs, why
 
 

@@ -59,14 +59,12 @@ def lift_off_bound(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> flo
     # a load that is round-off of the others would be scaled up to them, and its cost above theirs
     size = np.maximum(np.abs(rows.g), np.abs(corners).max(axis=0))
     corners = corners[(np.abs(corners) > NEGLIGIBLE * size).any(axis=1)]
-    count, all_slips = len(corners), np.full(rows.n, INF)
     program = Simplex(
         Program(
             np.column_stack([rows.coefficients, corners.T]),
             rows.g,
-            cost=np.append(np.zeros(rows.n), np.ones(count)),
-            lower=np.append(-all_slips, np.zeros(count)),
-            upper=np.append(all_slips, np.full(count, INF)),
+            cost=np.append(np.zeros(rows.n), np.ones(len(corners))),
+            lower=np.append(np.full(rows.n, -INF), np.zeros(len(corners))),
             tolerances=tolerances,
         )
     )
