@@ -26,7 +26,7 @@ from shakedown.programs.disc_program import DiscProgram, Scaling, Solve
 Newton = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 REACHED = NEGLIGIBLE / 10  # gap and residuals at which the iteration stops
-SURE = REACHED / NEGLIGIBLE  # a proof counts as reached only where it proves something
+PROOF_FACTOR = REACHED / NEGLIGIBLE  # of its error: a proof is reached only where it proves something
 USABLE = SIX_DIGITS  # the least accuracy where round-off stops it earlier
 PATIENCE = 6  # iterations without progress after which round-off has stopped it
 REFINEMENTS = 3  # at most, of every solution of the normal equations
@@ -199,10 +199,10 @@ def _judged(rows: DiscProgram, point: Point, seen: tuple[FloatArray, FloatArray]
     ends = [SelfDualSolution(Status.OPTIMAL, x / tau, s / tau, y / tau, max(gap, short, left), ())]
     if proved < 0:
         balance = float(np.linalg.norm(Gy)) / -proved * size_h
-        ends.append(SelfDualSolution(Status.INFEASIBLE, x, s, y / -proved, balance * SURE, ()))
+        ends.append(SelfDualSolution(Status.INFEASIBLE, x, s, y / -proved, balance * PROOF_FACTOR, ()))
     if value < 0:
         beyond = float(np.linalg.norm(Gx + s)) / -value * size_c
-        ends.append(SelfDualSolution(Status.UNBOUNDED, x / -value, s / -value, y, beyond * SURE, ()))
+        ends.append(SelfDualSolution(Status.UNBOUNDED, x / -value, s / -value, y, beyond * PROOF_FACTOR, ()))
     return min(ends, key=lambda end: end.accuracy if np.isfinite(end.accuracy) else np.inf)
 
 

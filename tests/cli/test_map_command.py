@@ -27,6 +27,8 @@ def test_the_document_is_the_one_promised():
     )
     assert cycle["dissipation"][0] < cycle["dissipation"][1]
     assert found["unique"] is False
+    assert document(*MAP)["states"] == 1024
+    assert document(*MAP, "--states", "1")["states"] == 1
 
 
 def test_people_read_the_share_then_what_becomes_of_slip_zero_and_the_critical_state():
@@ -88,6 +90,7 @@ def test_what_slides_away_is_said_without_advice_that_cannot_help(tmp_path):
         (["--sampler", "ball", "--load-factor", "0.8"], "expected a finite energy ball"),
         (["-o", "/missing/map.npz"], "cannot be written"),
         (["--load-factor", "1e400"], "load factor: expected a finite number"),
+        (["--states", "0"], "0 is not in the range"),
         (["--states", "10000000000"], "states: expected a whole number from 1 to 10,000,000, found"),
         (["--reach", "1e308"], "reach: expected slips in the range of numbers"),
     ],
