@@ -99,17 +99,12 @@ def test_first_collapse_of_finite_element_joints_is_proved(name: str, f: float |
     assert lower.coupling_ratio < 1
 
 
-@pytest.mark.parametrize("seed", [1, 5, 10])
+@pytest.mark.parametrize("seed", [2, 5, 7])
 def test_load_steps_of_round_off_do_not_hide_lift_off(seed) -> None:
-    rng, n = np.random.default_rng(seed), 4
-    root = rng.normal(size=(2 * n, 2 * n))
-    kappa, swing = root @ root.T + 2 * n * np.eye(2 * n), rng.normal(size=2 * n)
-    mean = np.append(0.3 * rng.normal(size=n), rng.uniform(2, 8, n))
-    found = []
+    joint, (q, p), found = coupled_joint(seed, 4, 1.0), np.random.default_rng(seed).normal(size=(2, 4)), []
     for steps in np.array([1.0, -1.0]), np.cos(2 * np.pi * np.arange(4) / 4), np.array([1.0, 1e-12, -1.0]):
-        q, p = np.split(mean + steps[:, None] * swing, 2, axis=1)
-        means = {"q_mean": mean[:n], "p_mean": mean[n:]}
-        found.append(lift_off_bound(Problem(A=kappa[:n, :n], B=kappa[n:, :n], f=0.4, q_w=q, p_w=p, **means)))
+        loads = {"q_w": joint.q_mean + np.outer(steps, q), "p_w": joint.p_mean + np.outer(steps, p)}
+        found.append(lift_off_bound(replace(joint, **loads)))
     assert found[1:] == pytest.approx(found[:1] * 2, rel=1e-12)
 
 
