@@ -14,26 +14,27 @@ HEAD = """# The thesis, line by line
 
 Y. J. Ahn, *Response of Coupled Frictional Contacts to Cyclic Loading*, PhD thesis, University of
 Michigan, 2009: where its equations and figures are in this toolkit, and its printed numbers beside
-computed ones. `python -m benchmarks.thesis` writes this page; do not edit it by hand. Pictures of chapter
+computed ones. `python -m benchmarks.thesis` writes this page. Pictures of chapter
 III are those of the study `receding`, all others of `python -m benchmarks reaction_planes worked_examples`
 at fdca7323.
 
-In each chapter the first table compares the numbers that the thesis prints (0 where it prints "none"); the
-second lists what has no printed number. "Difference" is the largest relative one; "same digits": every
+Tables with a column "printed" compare the numbers that the thesis prints (0 where it prints "none"); the
+others list what has no printed number. "Difference" is the largest relative one; "same digits": every
 computed number rounds to the one printed. "Another block": [see below](#why-some-numbers-differ). The thesis
-numbers nodes from 1, the toolkit from 0; I, II, III, IV are the backward and forward limits of nodes 0 and 1.
+numbers nodes from 1, the toolkit from 0; I, II are the backward and the forward limit of node 0, III, IV
+those of node 1.
 """
 TAIL = """## Why some numbers differ
 
-- **Chapter III.** The mesh is not printed; here the half has 97 nodes. With 193 the power is −3.09 and
-  −3.11, and the dissipation 0.554 (`python -m benchmarks receding`). In the ninth cycle the outermost
-  nodes of the inner slip region slip again in the last 2 % of the reloading.
-- **5.4: another block.** The thesis prints neither the angle of the plane nor the strip of the pressure,
+- **Chapter III.** The mesh is not printed; here the right half of the contact has 97 nodes. With 193 the
+  exponents are −3.09 and −3.11, and the dissipation 0.554 (`python -m benchmarks receding`). In the ninth
+  cycle the outermost nodes of the inner slip region slip again in the last 2 % of the reloading.
+- **5.4: another block.** The thesis prints neither the angle of the plane, nor where the pressure acts,
   nor matrices. λ_max is a limit with all nodes in contact: from slip zero our block also comes to rest above
   λ_max, with seven of its nine nodes open.
 - **Chapter VI.** The matrices (6.45) are printed with four digits; the thesis computed with more. So the
-  discontinuity point differs in the fourth digit, the end state by 0.5 %. The smaller eigenvalue of H is a
-  difference of large numbers, of which only two digits can agree.
+  discontinuity point differs in the fourth digit, the end state by 0.5 %. The smaller eigenvalue of H
+  depends on a difference of nearly equal numbers; four digits of the matrices give it to about 3 %.
 
 ## Misprints of the thesis
 
@@ -46,24 +47,20 @@ TAIL = """## Why some numbers differ
 | (6.9) | last term −(B₁₁B₂₂ + B₁₂B₂₁) f² | −(B₁₁B₂₂ − B₁₂B₂₁) f²; the printed sign gives 0.3505, not 0.3557 |
 | (6.22) | D₃₃ | D₂₂ |
 | after (6.31) | A₁₁ − fB₁₁ > 0 | A₁₁ + fB₁₁ > 0 |
-| for p₂ | (6.33) is cited | (6.34) |
 | (6.37), last row | B₂₂ δw₂ | C₂₂ δw₂, as in (6.40) |
 | after (6.47) | A₂₂ + fB₂₂ > 0 | A₂₂ − fB₂₂ > 0 for the limits II and III, as in (6.10) |
 | (6.56) | eigenvalues of G | eigenvalues of −G |
 | (6.59) | (24.27, −55.42, 3.33) | (24.2755, −55.4279) = (6.60) − (6.49); (6.58) · P* gives w₂ = 3.345 |
-| after (A.7) | "Fig. ()" | has no number |
-| 2.2 and 3.2 | the width is w, then 4h | one of them |
 
 ## What we chose
 
-- Chapters III and V: plane strain and the meshes; in 5.4 the angle and the strip.
+- Chapters III and V: plane strain and the meshes; in 5.4 the angle and where the pressure acts.
 - 5.3: fifty load steps. No other number from 8 to 2,000 gives all four printed load factors; in the limit
   they are 0.6572, 0.7389, 1.0520, 2.9297.
 - 6.4: the load path to the discontinuity. Both nodes start stuck at q₁ = 2.6, which falls to the 2.5 of
   (6.48).
 - Appendix A: the stiffnesses and the loops. It prints drawings only, with F = −(q_w, p_w).
 - (4.14)–(4.17): L_j = [A_j; B_j], rows of node j, is inferred from the product.
-- 4.3.2: the wedged example is the two-node system with more friction.
 
 Figures 2.1, 4.1, 4.10–4.12, 6.1–6.4, A.1–A.3 and A.5 are not drawn: only their numbers are known to us.
 """

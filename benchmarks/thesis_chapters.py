@@ -58,11 +58,11 @@ def chapter_3() -> list[Entry]:
             figure="receding-histories",
         ),
         entry(
-            "fig. 3.6", "slip increment ~ N to the power of, over N = 5–20 and 10–40",
+            "fig. 3.6", "slip increment ~ N^s, N the cycle: s over N = 5–20 and 10–40",
             "benchmarks.receding.cycles", "-3.1 -3.1", exponents, figure="receding-cycles",
         ),
         entry(
-            "fig. 3.7", "steady state: nodes that slip, in the first cycle and here; nodes at the limit only",
+            "fig. 3.7", "nodes that slip in the first cycle, in the steady state; nodes then at the limit without slip",
             "shakedown.plot.zones",
             computed=[found["first_slipping"], found["steady_slipping"], found["steady_at_limit"]],
             figure="receding-histories",
@@ -102,15 +102,15 @@ def chapter_4() -> list[Entry]:
         ),
         entry("(4.21), (4.24)", "extremal constraints", "shakedown.joint.constraints"),
         entry(
-            "4.3.2", "wedging: |A v| ≤ f B v, its friction; the slip that wedges is drawn", "shakedown.bounds.friction_thresholds.Wedging",
+            "4.3.2", "wedging, |A v| ≤ f B v (that slip is drawn), least f", "shakedown.bounds.friction_thresholds.Wedging",
             computed=limits.wedging.value, figure="planes-wedging",
         ),
         entry(
-            "4.3.5", "what a given history reaches, from slip zero", "shakedown.transient_limit",
+            "4.3.5", "load factor up to which a given history shakes down, from slip zero", "shakedown.transient_limit",
             computed=transient.load_factor,
         ),
         entry("4.4", "proof for two nodes", "shakedown.lower_bound"),
-        entry("4.4.4", "geometric approach to the limit", "shakedown.long_term_state"),
+        entry("4.4.4", "convergence to the limit as a geometric series", "shakedown.long_term_state"),
     ]  # fmt: skip
 
 
@@ -168,7 +168,7 @@ def _nine_nodes() -> list[Entry]:
     least = 1e-9 * np.abs(upper.slip).max()  # less is round-off
     return [
         entry("5.4, figs 5.5, 5.6", "cantilevered block h × 4.5h", "benchmarks.bodies.blocks.cantilevered_block"),
-        entry("5.4", "subsets of nine nodes", "shakedown.bounds.critical.subset_count", "43758", subset_count(9)),
+        entry("5.4", "nine nodes: subsets of 10 of the 18 constraints", "shakedown.bounds.critical.subset_count", "43758", subset_count(9)),
         entry(
             "5.4", "λ_min", "shakedown.critical_load_factors", "0.0013",
             critical.smallest_positive.load_factor, OTHER_BLOCK,
@@ -179,8 +179,8 @@ def _nine_nodes() -> list[Entry]:
             figure="planes-block-loops",
         ),
         entry(
-            "fig. 5.8", "largest slip in the tenth cycle at λ_max from the safe slip: none (here from slip "
-            "zero neither; from the critical slip state it slips)", "shakedown.motion.evolution", "0",
+            "fig. 5.8", "largest slip in the tenth cycle at λ_max from the safe slip: none (here none "
+            "from slip zero either; from the critical slip state it does slip)", "shakedown.motion.evolution", "0",
             safe if safe > least else 0.0, OTHER_BLOCK, "planes-tenth-cycle",
         ),
     ]  # fmt: skip
