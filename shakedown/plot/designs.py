@@ -120,7 +120,7 @@ def _drawn(found: Any, axes: Axes, points: FloatArray, values: Any, **look: Any)
 
 REGIONS = (  # from the outside in: each lies within the one before
     ("never, in contact", style.RED),
-    ("depends on the state, or open", style.ORANGE),
+    ("undecided", style.ORANGE),
     ("proved from this state", style.SKY),
     ("proved from every state", style.GREEN),
 )

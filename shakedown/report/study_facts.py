@@ -246,7 +246,7 @@ def damping_sheet(problem: Problem, curve: DampingCurve) -> Sheet:
     """Dissipation and stiffness over the amplitude of a load, and up to where there is no damping."""
     name = f" ({shortened(curve.load_name, 40)})" if curve.load_name else ""
     still = "; it is constant and closes no loop: --load names another" * (not curve.force.any())
-    stiffness = curve.unit.stiffness or "not in the problem"
+    stiffness = curve.unit.stiffness or "unit unknown"
     facts = [
         Fact("load", f"{curve.load}{name}", note=f"at {count(len(curve.amplitude), 'amplitude')}{still}"),
         Fact("displacement", curve.unit.moved(curve.problem), note=f"stiffness: {stiffness}"),

@@ -32,10 +32,7 @@ def test_over_one_parameter_every_region_is_drawn_and_named():
     found = shakedown.sweep(TWO, {"f": np.linspace(0.1, 0.7, 7)}, quick=True)
     axes = plot.regions(found)
     expected = {"proved from every state", "proved from this state", "never, in contact"}
-    assert names(axes) >= expected | {
-        "depends on the state, or open",
-        "λ_max, impossible above",
-    }
+    assert names(axes) >= expected | {"undecided", "λ_max, impossible above"}
     colours = colours_at(axes, [(0.35, 0.13), (0.65, 0.33), (0.695, 1.37), (0.3, 1.43)])
     assert len(set(colours)) == 4
     assert "between them interpolated, nothing is proved there" in axes.get_legend().get_title().get_text()
