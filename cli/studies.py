@@ -223,7 +223,7 @@ def refine(
 
 
 @command(
-    "Damping and stiffness over the amplitude of a load.",
+    "Damping and stiffness versus the amplitude of a load.",
     "0 a long-term state was found at every amplitude, whichever; 1 undecided or slides away somewhere; "
     "2 bad usage or bad input.",
 )

@@ -107,7 +107,7 @@ def creep_limit(
     accuracy: float | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> Bound:
-    """The least load factor λ_c at which a history is seen to creep, and up to where creep is excluded.
+    """The least load factor λ_c at which the simulated motion creeps, and up to where creep is excluded.
 
     Creep is a rigid slip that grows from cycle to cycle; only a body that friction alone holds can creep.
     Load factors are tried in geometric steps, from the largest that is proved free of creep to gross slip,

@@ -1,4 +1,4 @@
-"""Friction damping and stiffness over the amplitude of a load, from exact long-term states."""
+"""Friction damping and stiffness versus the amplitude of a load, from exact long-term states."""
 
 import os
 from collections.abc import Callable, Iterable, Iterator
@@ -217,7 +217,7 @@ def damping(
     progress: Callable[[int, int], None] | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> DampingCurve:
-    """Dissipation, stiffness and damping of a joint over the amplitude of one of its loads.
+    """Dissipation, stiffness and damping of a joint versus the amplitude of one of its loads.
 
     At every amplitude the exact long-term state is found, without fixed steps and without Masing's rule.
     Amplitudes increase, and each run starts from the final state of the previous one, as in a stepped test.

@@ -194,7 +194,7 @@ REFUTED_BY_ALL = "round-off decides: it is {:.7g} in floats, although shakedown 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ShakedownBounds(Result):
-    """Both bounds of one problem: between them the outcome depends on the initial state.
+    """Both bounds of a problem: between them the initial state decides; below λ_1 it may too, unless proved.
 
     The lower bound is that of the joint with all nodes closed; the upper one names the nodes
     that are open (``upper.open_nodes``), and is then no bound but of that zone. Both are about

@@ -126,7 +126,7 @@ def transient_limit(
     accuracy: float = 1e-9,
     tolerances: Tolerances = DEFAULT,
 ) -> Bound:
-    """The largest load factor at which the history from an initial slip shakes down (thesis §4.3.5).
+    """The largest load factor at which the simulated motion from an initial slip shakes down (thesis §4.3.5).
 
     Outcomes need not be monotone in λ. Therefore the range is scanned in equal
     steps and the last change from shakedown to another outcome is bisected, both

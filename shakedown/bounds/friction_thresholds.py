@@ -241,7 +241,7 @@ class FrictionThresholds(Result):
 @checked
 @on_one_thread
 def friction_thresholds(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> FrictionThresholds:
-    """Friction coefficients from which on motions need not be unique, or a slip can wedge the joint.
+    """Friction coefficients above which motion need not be unique, or slip can wedge the joint.
 
     Exact up to eight nodes in contact (six with separation); beyond, an
     interval: below it the sum of dissipation and stored energy of every motion

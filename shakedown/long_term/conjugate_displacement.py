@@ -65,7 +65,7 @@ class LoadLoops(NamedTuple):
 
 @checked
 def conjugate_displacement(problem: Problem, history: Any) -> FloatArray:
-    """The displacement conjugate to each load along a path, from the welded joint's data alone.
+    """The displacement conjugate to each load along a path, from the slips and the data of the welded joint.
 
     With R_j the welded reactions of a unit of load j, c_j(t) units of it acting, S_ij the displacement
     conjugate to load i under a unit of load j with all nodes welded, and u = (v, w) the state of the

@@ -160,7 +160,7 @@ def long_term_state(
     longest_period: int = LONGEST_PERIOD,
     tolerances: Tolerances = DEFAULT,
 ) -> LongTermState:
-    """Find the long-term state of a joint under its loading loop, exactly rather than by waiting.
+    """Find the long-term state of a joint under its loading loop, by extrapolation instead of cycling.
 
     The response may repeat after 1, 2, … ``longest_period`` load cycles. As soon as that many
     cycles pass through the same sequence of contact states as those before them, the map

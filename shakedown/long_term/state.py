@@ -191,7 +191,7 @@ def proof_of_parts(proofs: Sequence[EnergyProof]) -> EnergyProof:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class LongTermState(SettledState):
-    """Result of :func:`long_term_state`: a settled state, and the evidence for it.
+    """Result of :func:`long_term_state`: a settled state, and how it was established.
 
     Attributes
     ----------

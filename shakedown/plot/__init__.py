@@ -8,7 +8,7 @@ From a result to a picture: ``paths`` reads a result (its path, an instant, sums
 a module below computes what is drawn, ``style`` holds what all pictures share (axes, colours, legends).
 
 - the joint itself: ``joint`` (nodes, loads, what limits it)
-- along a contact in the plane, numbers and zones, limits on one scale, slips over the load: ``along``
+- along a contact in the plane, numbers and zones, limits on one scale, slips versus the load: ``along``
 - over a patch in space, colours, arrows and marks: ``over_patch``, on the places of ``patch_places``
 - loops of nodes and of loads, reactions in time, damping: ``loops``
 - slip space, reaction space: ``planes``

@@ -85,7 +85,7 @@ def _levels(spans: list[tuple[float, float]]) -> list[int]:
 
 
 def slip_over_load(limit: SlipLimit, problem: Problem | None = None, *, ax: Axes | None = None) -> Axes:
-    """The largest slip range of a node over the load factor, with the length that it is to stay below.
+    """The largest slip range of a node versus the load factor, with the length that it is to stay below.
 
     Parameters
     ----------
@@ -438,7 +438,7 @@ def _edges(x: FloatArray) -> FloatArray:
 
 
 def drift_over_load(runs: Iterable[Simulation], *, ax: Axes | None = None) -> Axes:
-    """By how much a body turns, or shifts where it does not turn, in every cycle, over the load factor.
+    """By how much a body turns, or shifts where it does not turn, in every cycle, versus the load factor.
 
     Parameters
     ----------

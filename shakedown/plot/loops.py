@@ -271,7 +271,7 @@ def loop(state: LongTermState | Simulation, *, load: int = 0, ax: Axes | None = 
 
 
 def damping_curve(curve: DampingCurve, *, ax: Axes | None = None) -> Axes:
-    """Damping and stiffness over the amplitude of a load, with the limit below which nothing damps.
+    """Damping and stiffness versus the amplitude of a load, with the limit below which nothing damps.
 
     The loss factor (of a mode the damping ratio) on the left, the secant stiffness (the frequency) on the
     right, each in absolute terms, as computed. Amplitudes without a closed loop are marked below.

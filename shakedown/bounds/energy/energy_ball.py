@@ -260,7 +260,7 @@ def energy_ball(
     split: bool = True,
     tolerances: Tolerances = DEFAULT,
 ) -> EnergyBall:
-    """The largest ball from which shakedown is proved at one load factor, by a program over its limits.
+    """The largest ball from which shakedown is proved at one load factor, by optimisation.
 
     Maximise R over (v*, R) subject to f p ∓ q ≥ f_i γ_i R for every node, side and load
     step at the slip v*, with γ_i the energy norm of what pressure and slip of a node

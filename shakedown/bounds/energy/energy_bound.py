@@ -46,7 +46,7 @@ def energy_bound(
     certify: bool | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> Bound:
-    """The load factor λ_E(v₀, δ) up to which shakedown from an initial slip is proved.
+    """The load factor λ_E up to which shakedown is proved from an initial slip v₀, known within δ.
 
     Maximise λ subject to f p ∓ q ≥ f_i γ_i R for every node, side and load step at the
     slip v*, and ‖v₀ − v*‖_A + δ ≤ R: one second-order cone program in (v*, R, λ). With two tangential

@@ -38,7 +38,7 @@ from shakedown.models.readers.toml_table import TomlTable, change_number, is_lis
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Import(Result):
-    """A problem made from finite-element files, with the evidence.
+    """A problem made from finite-element files, with its import checks.
 
     Attributes
     ----------
