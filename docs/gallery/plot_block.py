@@ -32,9 +32,9 @@ _, axes = plt.subplots(figsize=(7, 4.5), layout="constrained")
 shakedown.plot.hysteresis(run, joint, nodes=[0, 8], ax=axes)
 
 # %%
-# Tangential reaction over slip; the area of a loop is the friction work in one period. The loop of the middle node is a
-# rectangle, as its pressure hardly changes. At the corner the pressure falls to zero and the node opens, so that its
-# reaction vanishes on the way back.
+# Tangential reaction versus slip; the area of a loop is the friction work in one period. The loop of the middle node
+# is a rectangle, as its pressure hardly changes. At the corner the pressure falls to zero and the node opens, so that
+# its reaction vanishes on the way back.
 
 _, panels = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
 shakedown.plot.pressure(run, joint, ax=panels[0])

@@ -1,6 +1,6 @@
 """
-Regions over friction and preload
-=================================
+Regions versus friction and preload
+===================================
 
 Where is the joint proved to come to rest, and where is that impossible? Dots are computed designs; the areas between
 them are interpolated.

@@ -1,4 +1,4 @@
-"""Damping and stiffness over amplitude: closed forms, limits, what does not close."""
+"""Damping and stiffness versus amplitude: closed forms, limits, what does not close."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
