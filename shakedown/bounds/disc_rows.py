@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.linalg import qr, solve_triangular
+from scipy.linalg import lapack, solve_triangular
 
-from shakedown.ground.constants import CONE, FloatArray
+from shakedown.ground.constants import CONE, SIX_DIGITS, FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import (
@@ -103,15 +103,13 @@ class DiscRows:
         if not known.size:
             return Basis(np.zeros((len(M), 0)), to_slips, sizes)
         lengths = np.linalg.norm(M[:, known], axis=0)
-        Q, R = M[:, known] / lengths, np.eye(len(known))
-        if len(stiffness):  # of rows alone the columns stay as they are, as far as their digits reach
-            Q, R = qr(Q, mode="economic", check_finite=False)
-        diagonal = np.abs(np.diag(R))
-        to_slips = np.zeros((M.shape[1], Q.shape[1]))
-        if len(R) == R.shape[1] and diagonal.min() > RANK * len(M) * diagonal.max():
+        Q = M[:, known] / lengths
+        R, dependent = lapack.dpotrf(Q.T @ Q)  # Q R⁻¹ is orthonormal to the digits that squares leave
+        if not dependent and np.diag(R).min() > SIX_DIGITS:
+            to_slips = np.zeros((M.shape[1], len(R)))
             to_slips[known] = solve_triangular(R, np.eye(len(R)), check_finite=False) / lengths[:, None]
-            return Basis(Q, to_slips, sizes)
-        U, values, V = np.linalg.svd(M[:, known] / lengths, full_matrices=False)
+            return Basis(solve_triangular(R, Q.T, trans=1, check_finite=False).T, to_slips, sizes)
+        U, values, V = np.linalg.svd(Q, full_matrices=False)
         kept = values > RANK * len(M) * values[0]
         to_slips = np.zeros((M.shape[1], int(kept.sum())))
         to_slips[known] = V[kept].T / values[kept] / lengths[:, None]

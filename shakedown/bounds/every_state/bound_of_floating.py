@@ -139,8 +139,9 @@ class RigidRates:
         others = self.motions.shape[2] - 1
         signs = np.insert(np.array(list(product((-1.0, 1.0), repeat=others))), axis, 0.0, axis=1)
         spread, sizes_of_feeds = self._sizes(signs), self.joint.f * np.sqrt(self.joint.stiffness)
+        feeds = self.feeds / sizes_of_feeds[:, None]
         # ‖Σ ε_i feeds_i‖ ≤ largest · √Σ (sizes_i ε_i)²; and the round-off of a sum of feeds that cancel
-        largest = float(np.linalg.norm(self.feeds / sizes_of_feeds[:, None], 2)) * (1.0 + NEGLIGIBLE)
+        largest = float(np.sqrt(np.linalg.eigvalsh(feeds @ feeds.T)[-1])) * (1.0 + NEGLIGIBLE)
         feed_off = float(np.linalg.norm(spread * sizes_of_feeds, axis=1).max()) * largest
         round_off = float(len(self.feeds) * EPS * np.abs(self.feeds).max() * 8)
         half = 1.0 / PARTS
@@ -197,7 +198,7 @@ def rigid_rates(joint: ScaledJoint) -> RigidRates:
         joint=joint,
         margin=energy_margin(joint, units),
         weights=weights,
-        stretch=float(np.linalg.norm(weighted @ weighted.T, 2)) * (1.0 + NEGLIGIBLE),
+        stretch=float(np.linalg.eigvalsh(weighted @ weighted.T)[-1]) * (1.0 + NEGLIGIBLE),
         feeds=np.asarray((pressures * joint.f).T),
         motions=motions.reshape(n, joint.d, r),
     )
