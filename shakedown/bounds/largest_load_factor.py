@@ -6,8 +6,8 @@
    writes the limits, one disc a node and load step.
 2. Here ``_solved`` states the program in numbers near 1 and has it solved by
    ``scaled_solution.solve_scaled``.
-3. ``solve_scaled`` calls ``programs.self_dual.solve_discs``, and that ``solve_self_dual``: there λ_max is
-   computed, by interior points. Back in ``solve_scaled`` Newton's method brings it to round-off.
+3. ``solve_scaled`` calls ``programs.self_dual.solve_discs``: there λ_max is computed, by interior points.
+   Back in ``solve_scaled`` Newton's method brings it to round-off.
 4. Back here, ``_proved`` proves two load factors around it (``enclosure``).
 """
 

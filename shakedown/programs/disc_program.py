@@ -7,12 +7,13 @@ and D. Goldfarb, Math. Program. 95, 2003, 3; Y. E. Nesterov and M. J. Todd, Math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, lapack, qr, solve_triangular
+from scipy.linalg import cho_factor, lapack, lu, qr, solve_triangular
 
-from shakedown.ground.constants import CONE, FloatArray
+from shakedown.ground.constants import CONE, SIX_DIGITS, FloatArray
 
 
 @dataclass(frozen=True)
@@ -195,6 +196,28 @@ Places = NDArray[np.intp]
 Solve = Callable[[FloatArray], FloatArray]
 
 
+class Unknowns(NamedTuple):
+    """The unknowns z = S y of the normal equations.
+
+    Attributes
+    ----------
+    nodes, tied : (n,)
+        The order of the nodes, and of how many, the first ones, z has the last two numbers, two by two.
+    blocks : (n, 3, r)
+        Coefficients of z in the discs of the nodes in this order.
+    to_x : (r + p, r + p)
+        (y, w) from (z, w).
+    gram : (r, r)
+        |y|² = zᵀ · gram · z.
+    """
+
+    nodes: Places
+    tied: int
+    blocks: FloatArray
+    to_x: FloatArray
+    gram: FloatArray
+
+
 @dataclass(frozen=True, eq=False)
 class DiscProgram:
     """Minimise costᵀ w over (y, w) subject to discs, rows and a bound of the length of y.
@@ -273,6 +296,24 @@ class DiscProgram:
         return np.append(np.zeros(self.rank), self.cost)
 
     @cached_property
+    def _unknowns(self) -> Unknowns:
+        """The last two numbers of as many nodes as determine y, their reactions; y itself if not well.
+
+        A reaction adds to the normal equations of its node alone, a pressure one row: round-off hides
+        less than in y, and there is a third of the work.
+        """
+        n, r = len(self.blocks), self.rank
+        nodes, t, to_x = np.arange(n), 0, np.eye(r + len(self.cost))
+        if 0 < r <= 2 * n:
+            kept = (lu(self.blocks[:, 1:].reshape(2 * n, r), p_indices=True)[0] < r).reshape(n, 2)
+            order = np.argsort(~kept.all(axis=1), kind="stable")
+            S = self.blocks[order, 1:][kept[order]]
+            if np.linalg.cond(S, 1) * SIX_DIGITS < 1.0:
+                nodes, t, to_x[:r, :r] = order, int(kept.all(axis=1).sum()), np.linalg.inv(S)
+        to_y = to_x[:r, :r]
+        return Unknowns(nodes, t, self.blocks[nodes] @ to_y, to_x, to_y.T @ to_y)
+
+    @cached_property
     def _few(self) -> FloatArray | None:
         """All columns, (r + p, N), where they are few: one product takes less time than one a block then."""
         few = len(self.limits) * len(self.costs) <= FEW
@@ -324,51 +365,53 @@ class DiscProgram:
     def normal_equations(self, scaling: Scaling) -> Solve:
         """The solution of Mᵀ W⁻² M x = right, M all of the coefficients; raises ``LinAlgError``.
 
-        From one 3 × 3 block per node; on the cone of the length of y W⁻² = (2 w wᵀ + I − 2 e₀ e₀ᵀ) / factor².
+        On the cone of the length of y W⁻² = (2 w wᵀ + I − 2 e₀ e₀ᵀ) / factor².
         """
         if self._few is not None:
             root = scaling.divided(self._few)
             return _by_cholesky(root @ root.T)
-        r, p, squares = self.rank, len(self.cost), np.linalg.matrix_power(scaling.inverses(), 2)
-        rows = self.rows_extra / scaling.of_numbers**2
-        of_nodes = self.sums(squares.reshape(len(squares), CONE**2)).reshape(-1, CONE, CONE)
-        values, vectors = np.linalg.eigh(of_nodes)  # round-off may make one negative
-        roots = np.sqrt(np.maximum(values, 0.0))[:, :, None] * np.swapaxes(vectors, 1, 2)
-        stacked = np.vstack(
-            [(roots @ self.blocks).reshape(CONE * len(roots), r), self.rows / scaling.of_numbers]
-        )
-        pulled = squares @ self.extra
-        of_loads = self.sums(pulled.reshape(len(pulled), CONE * p)).reshape(-1, p)
-        normal = np.zeros((r + p, r + p))
-        normal[:r, :r] = stacked.T @ stacked
-        normal[r:, :r] = of_loads.T @ self._flat + rows.T @ self.rows
-        normal[r:, r:] = np.tensordot(self.extra, pulled, axes=((0, 1), (0, 1))) + rows.T @ self.rows_extra
+        r, p = self.rank, len(self.cost)
+        nodes, t, blocks, to_x, gram = self._unknowns
+        R = self._factors(scaling)[nodes]
+        rows = np.hstack([self.rows, self.rows_extra]) @ to_x / scaling.of_numbers
+        dense = np.vstack([_in_unknowns(R[:t, :1], blocks[:t]), _in_unknowns(R[t:], blocks[t:]), rows])
+        normal = np.asarray(dense.T @ dense)
+        at = np.hstack([np.arange(2 * t).reshape(t, 2), np.tile(np.arange(r, r + p), (t, 1))])
+        own = R[:t, 1:, 1:]
+        np.add.at(normal, (at[:, :, None], at[:, None]), np.swapaxes(own, 1, 2) @ own)
         if self.norm is not None:
             w, factor = scaling.axis[-self.cones.large :] / scaling.factor[-1], scaling.factor[-1]
-            normal[:r, :r] += np.outer(2.0 * w[1:], w[1:]) + np.eye(r) / factor**2
-            normal[r:, :r] -= np.outer(2.0 * w[0] * self.norm, w[1:])
+            along = w[1:] @ to_x[:r, :r]
+            normal[:r, :r] += np.outer(2.0 * along, along) + gram / factor**2
+            normal[r:, :r] -= np.outer(2.0 * w[0] * self.norm, along)
             normal[r:, r:] += (2.0 * w[0] ** 2 - 1.0 / factor**2) * np.outer(self.norm, self.norm)
-        return _by_cholesky(normal)
+        solve = _by_cholesky(normal)
+        return lambda right: np.asarray(to_x @ solve(right @ to_x))
 
     def orthogonal_factor(self, scaling: Scaling) -> Solve:
-        """The same equations solved by a triangular factor of W⁻¹ M, where no squaring hides small rows.
-
-        The discs of a node share its coefficients of y: a factor of their own leaves 3 + p rows of them.
-        """
-        order, inverses = np.argsort(self.node, kind="stable"), scaling.inverses()
-        node, n, size = self.node[order], len(self.blocks), CONE + len(self.cost)
-        place = np.arange(len(node)) - np.searchsorted(node, node)  # of a disc among those of its node
-        of_nodes = np.zeros((n, place.max(initial=-1) + 1, CONE, size))
-        of_nodes[node, place] = np.concatenate([inverses, inverses @ self.extra], axis=2)[order]
-        stacked = _large_first(of_nodes.reshape(n, CONE * of_nodes.shape[1], size))
-        R = np.asarray(np.linalg.qr(stacked, mode="r"))
-        discs = np.concatenate([R[:, :, :CONE] @ self.blocks, R[:, :, CONE:]], axis=2)
+        """The same equations solved by a triangular factor of W⁻¹ M, where no squaring hides small rows."""
         rows = np.hstack([self.rows, self.rows_extra]) / scaling.of_numbers
-        parts = [discs.reshape(n * R.shape[1], rows.shape[1]), rows]
+        parts = [_in_unknowns(self._factors(scaling), self.blocks), rows]
         if self.norm is not None:
             inverse = scaling.inverse_of_large()
             parts.append(np.hstack([inverse[:, 1:], np.outer(inverse[:, 0], self.norm)]))
         return _by_orthogonal_factor(np.vstack(parts))
+
+    def _factors(self, scaling: Scaling) -> FloatArray:
+        """Triangular factors, (n, 3 + p, 3 + p), of W⁻¹ (numbers, w) in the discs of every node."""
+        order, inverses = np.argsort(self.node, kind="stable"), scaling.inverses()
+        node, n, size = self.node[order], len(self.blocks), CONE + len(self.cost)
+        place = np.arange(len(node)) - np.searchsorted(node, node)  # of a disc among those of its node
+        of_nodes = np.zeros((n, max(place.max(initial=-1) + 1, size), CONE, size))
+        of_nodes[node, place] = np.concatenate([inverses, inverses @ self.extra], axis=2)[order]
+        stacked = _large_first(of_nodes.reshape(n, CONE * of_nodes.shape[1], size))
+        return np.asarray(np.linalg.qr(stacked, mode="r"))
+
+
+def _in_unknowns(factors: FloatArray, blocks: FloatArray) -> FloatArray:
+    """Rows in (y, w) of factors (n, k, 3 + p) of nodes with these blocks, (n k, r + p)."""
+    rows = np.concatenate([factors[..., :CONE] @ blocks, factors[..., CONE:]], axis=2)
+    return np.asarray(rows.reshape(-1, rows.shape[2]))
 
 
 def _by_cholesky(normal: FloatArray) -> Solve:

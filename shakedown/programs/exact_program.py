@@ -24,11 +24,6 @@ def integer_matrix(rows: IntegerRows) -> fmpz_mat:
     return fmpz_mat(rows)
 
 
-def integer_column(numbers: list[int]) -> fmpz_mat:
-    """Integers as a FLINT matrix of one column."""
-    return integer_matrix([[x] for x in numbers])
-
-
 def solve_integers(matrix: IntegerRows, right: list[int]) -> tuple[list[int], int] | None:
     """The solution of a square system as (numerators, common denominator > 0); None where singular.
 
@@ -42,7 +37,7 @@ def solve_integers(matrix: IntegerRows, right: list[int]) -> tuple[list[int], in
     if not right:
         return [], 1
     try:
-        solution = cast("fmpq_mat", integer_matrix(matrix).solve(integer_column(right)))
+        solution = cast("fmpq_mat", integer_matrix(matrix).solve(integer_matrix([[x] for x in right])))
     except ZeroDivisionError:
         return None
     numerators, denominator = solution.numer_denom()
@@ -59,7 +54,7 @@ def product(matrix: fmpz_mat, vector: list[int]) -> list[int]:
     """
     if not vector:
         return [0] * matrix.nrows()
-    return [int(x) for x in (matrix * integer_column(vector)).entries()]
+    return [int(x) for x in (matrix * integer_matrix([[x] for x in vector])).entries()]
 
 
 def enclosure(numerator: int, denominator: int) -> tuple[float, float]:

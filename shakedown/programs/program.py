@@ -37,15 +37,6 @@ class ProgramScales:
         """The size of 1 in x in the units of the program, (N,)."""
         return self.column * self.size
 
-    @property
-    def y(self) -> FloatArray:
-        """The size of 1 in a multiplier in the units of the program, (R,)."""
-        return self.row / self.cost
-
-    def value(self, scaled: float) -> float:
-        """The value of a cost in the units of the program."""
-        return scaled * self.size / self.cost
-
 
 def power_of_two(size: float) -> float:
     """The power of two next to a size; 1 for the size zero."""
@@ -304,7 +295,7 @@ class Solution:
             rows, columns = self.solved.matrix.shape
             return np.full(columns, np.nan), np.full(rows, np.nan)
         x, y = polished(self.solved, *self._left, self.meeting)
-        return x * self.scales.x, y * self.scales.y
+        return x * self.scales.x, y * self.scales.row / self.scales.cost
 
     @property
     def optimal(self) -> bool:
@@ -314,7 +305,9 @@ class Solution:
     @property
     def value(self) -> float:
         """cᵀ x to the accuracy of the solver, without polish; NaN unless optimal."""
-        return nan if self._left is None else self.scales.value(float(self.solved.cost @ self._left[0]))
+        if self._left is None:
+            return nan
+        return float(self.solved.cost @ self._left[0]) * self.scales.size / self.scales.cost
 
     @property
     def x(self) -> FloatArray:

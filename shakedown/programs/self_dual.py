@@ -10,7 +10,6 @@ import numpy as np
 from shakedown.ground.constants import (
     FOUR_DIGITS,
     ITERATIONS,
-    MANY_ROWS,
     MINOR,
     NEGLIGIBLE,
     NEWTON_ROUNDS,
@@ -73,20 +72,46 @@ class SelfDualSolution:
     path: Points
 
 
+@on_one_thread
 @np.errstate(all="ignore")  # overflow is no solution, and is not taken for one
-def solve_self_dual(
-    rows: DiscProgram, usable: float = USABLE, earlier: Points = (), enough: StopTest | None = None
+def solve_discs(
+    program: DiscProgram, usable: float = USABLE, earlier: Points = (), enough: StopTest | None = None
 ) -> SelfDualSolution:
     """The solution of a program: its optimum, or what proves that there is none, to what round-off allows.
 
     The homogeneous self-dual embedding of Xu, Hung and Ye, with the scaling of Nesterov and Todd and
-    the predictor and corrector of Mehrotra. An optimum less accurate than ``usable`` is undecided.
+    the predictor and corrector of Mehrotra. An optimum less accurate than ``usable`` is none.
     ``earlier``, the iterates of a program that differs little, is a warm start as far as they suit this one.
-    An iterate, x and multipliers, at which ``enough`` is true ends the iteration, however inaccurate.
+    An iterate, (y, w) and multipliers, at which ``enough`` is true ends the iteration, however inaccurate.
+
+    Raises
+    ------
+    SolverError
+        If it comes to no end.
+
+    Examples
+    --------
+    The largest w such that (1 − y, w) is within a circle of radius 1 about the origin, and |y| ≤ 0.2:
+
+    >>> program = DiscProgram(
+    ...     blocks=np.array([[[0.0], [1.0], [0.0]]]), node=np.array([0]),
+    ...     extra=np.array([[[0.0], [0.0], [1.0]]]), right=np.array([[1.0, 1.0, 0.0]]),
+    ...     rows=np.array([[1.0], [-1.0]]), rows_extra=np.zeros((2, 1)), rows_right=np.array([0.2, 0.2]),
+    ...     cost=np.array([-1.0]),
+    ... )
+    >>> end = solve_discs(program)
+    >>> str(end.status), end.x.round(6)
+    ('optimal', array([0.2, 0.6]))
     """
-    shared = _shared(rows, earlier)
-    end = _followed(rows, usable, shared, enough)
-    return _followed(rows, usable, (), enough) if shared and end.status == Status.UNDECIDED else end
+    shared = _shared(program, earlier)
+    end = _followed(program, usable, shared, enough)
+    if shared and end.status == Status.UNDECIDED:
+        end = _followed(program, usable, (), enough)
+    if end.status == Status.UNDECIDED:
+        raise SolverError(
+            f"the program of {len(program.node)} discs ended without an answer, {end.accuracy:.1e} from one"
+        )
+    return end
 
 
 def _shared(rows: DiscProgram, earlier: Points) -> Points:
@@ -256,30 +281,19 @@ def _next(rows: DiscProgram, point: Point, seen: tuple[FloatArray, FloatArray], 
 def _newton_equations(rows: DiscProgram, scaling: Scaling) -> Newton:
     """(dx, dy) of Gᵀ dy = first and G dx − W² dy = second.
 
-    By the normal equations, or by an orthogonal factor where they leave too much.
+    By the normal equations, or by an orthogonal factor where round-off leaves them not definite.
     """
-    sharp = False
     try:
         solve = rows.normal_equations(scaling)
     except np.linalg.LinAlgError:
-        solve, sharp = rows.orthogonal_factor(scaling), True
-
-    def solved(first: FloatArray, second: FloatArray) -> tuple[FloatArray, FloatArray]:
-        nonlocal solve, sharp
-        dx, dy, left = _refined(rows, scaling, solve, first, second)
-        enough = max(MINOR * sqrt(first @ first), ROUND_OFF * sqrt(dy @ dy))
-        if sharp or rows.rank >= MANY_ROWS or left <= enough:  # of many nodes a factor costs ten steps
-            return dx, dy
-        solve, sharp = rows.orthogonal_factor(scaling), True
-        return _refined(rows, scaling, solve, first, second)[:2]
-
-    return solved
+        solve = rows.orthogonal_factor(scaling)
+    return lambda first, second: _refined(rows, scaling, solve, first, second)
 
 
 def _refined(
     rows: DiscProgram, scaling: Scaling, solve: Solve, first: FloatArray, second: FloatArray
-) -> tuple[FloatArray, FloatArray, float]:
-    """(dx, dy), refined by conjugate gradients with a factor, and what is left of ``first``.
+) -> tuple[FloatArray, FloatArray]:
+    """(dx, dy), refined by conjugate gradients with a factor.
 
     dy is summed up along with dx, so that its balance is not lost where W⁻² spans many orders.
     """
@@ -287,10 +301,9 @@ def _refined(
     dx = solve(right)
     dy = scaling.divided(scaling.divided(rows.times(dx) - second))
     enough, way, last = ROUND_OFF * sqrt(right @ right), np.zeros_like(dx), 1.0
-    for turn in range(REFINEMENTS + 1):
+    for _ in range(REFINEMENTS):
         rest = first - rows.transposed(dy)
-        left = sqrt(rest @ rest)
-        if turn == REFINEMENTS or not left > enough:
+        if not sqrt(rest @ rest) > enough:
             break
         ahead = solve(rest)
         slope = float(rest @ ahead)
@@ -301,40 +314,4 @@ def _refined(
         if not np.isfinite(length):
             break
         dx, dy = dx + length * way, dy + length * scaling.divided(along)
-    return dx, dy, left
-
-
-@on_one_thread
-def solve_discs(
-    program: DiscProgram, usable: float = USABLE, earlier: Points = (), enough: StopTest | None = None
-) -> SelfDualSolution:
-    """The solution of a program, with the points on the way to it; one less accurate than ``usable`` is none.
-
-    ``earlier`` holds the iterates of a program that differs little: a warm start for many nodes.
-    An iterate, (y, w) and multipliers, at which ``enough`` is true ends the iteration, however inaccurate.
-
-    Raises
-    ------
-    SolverError
-        If it comes to no end.
-
-    Examples
-    --------
-    The largest w such that (1 − y, w) is within a circle of radius 1 about the origin, and |y| ≤ 0.2:
-
-    >>> program = DiscProgram(
-    ...     blocks=np.array([[[0.0], [1.0], [0.0]]]), node=np.array([0]),
-    ...     extra=np.array([[[0.0], [0.0], [1.0]]]), right=np.array([[1.0, 1.0, 0.0]]),
-    ...     rows=np.array([[1.0], [-1.0]]), rows_extra=np.zeros((2, 1)), rows_right=np.array([0.2, 0.2]),
-    ...     cost=np.array([-1.0]),
-    ... )
-    >>> end = solve_discs(program)
-    >>> str(end.status), end.x.round(6)
-    ('optimal', array([0.2, 0.6]))
-    """
-    end = solve_self_dual(program, usable, earlier, enough)
-    if end.status == Status.UNDECIDED:
-        raise SolverError(
-            f"the program of {len(program.node)} discs ended without an answer, {end.accuracy:.1e} from one"
-        )
-    return end
+    return dx, dy

@@ -9,13 +9,12 @@ from shakedown.bounds.independent_solver import solve_conic
 from shakedown.ground.errors import SolverError
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
-from shakedown.programs.self_dual import solve_discs, solve_self_dual
+from shakedown.programs.self_dual import solve_discs
 
 
-def program(seed: int, *, norm: bool, rank: int = 4) -> DiscProgram:
-    """The largest w_1 over the discs of four nodes in no order and two rows of y: safe at the origin."""
-    rng = np.random.default_rng(seed)
-    n, K = 4, 12
+def program(seed: int, *, norm: bool, rank: int = 4, n: int = 4) -> DiscProgram:
+    """The largest w_1 over three discs of each of n nodes in no order and two rows of y: safe at the origin."""
+    rng, K = np.random.default_rng(seed), 3 * n
     right = rng.normal(size=(K, 3))
     right[:, 0] = np.hypot(right[:, 1], right[:, 2]) + rng.uniform(0.5, 1.0, K)
     extra = rng.normal(size=(K, 3, 2))
@@ -60,19 +59,22 @@ def test_no_end_is_claimed_that_is_not_accurate_enough():
 def test_a_program_that_differs_little_shares_the_way_to_its_end(little):
     discs = program(4, norm=True, rank=8)
     other = replace(discs, blocks=discs.blocks * (1.0 + 1e-6)) if little else program(6, norm=True, rank=8)
-    first, alone = solve_self_dual(discs), solve_self_dual(other)
-    shared = solve_self_dual(other, earlier=first.path)
+    first, alone = solve_discs(discs), solve_discs(other)
+    shared = solve_discs(other, earlier=first.path)
     assert shared.path[0] is first.path[0] or not little
     assert shared.status == alone.status
     np.testing.assert_allclose(shared.x[-1], alone.x[-1], rtol=1e-9)
 
 
 @pytest.mark.parametrize("norm", [True, False])
-def test_either_factor_solves_the_normal_equations(norm):
-    discs = program(1, norm=norm)
-    discs = replace(discs, node=np.minimum(discs.node, 2))  # nodes with 3, 3, 6 discs and with none
+@pytest.mark.parametrize(
+    ("n", "rank"), [(4, 4), (40, 80), (40, 77), (40, 90)]
+)  # reactions: all, most, too few
+def test_either_factor_solves_the_normal_equations(n, rank, norm):
+    discs = program(1, norm=norm, n=n, rank=rank)
+    discs = replace(discs, node=np.minimum(discs.node, n - 2))  # nodes with 3, 3, …, 6 discs and with none
     rng, unit = np.random.default_rng(1), discs.cones.unit
-    slack, multipliers = (unit + 0.3 * rng.uniform(-1.0, 1.0, len(unit)) for _ in range(2))
+    slack, multipliers = (unit + rng.uniform(-0.6, 0.6, len(unit)) / np.sqrt(rank) for _ in range(2))
     scaling, x = discs.cones.scaling(slack, multipliers), rng.normal(size=len(discs.costs))
     right = discs.transposed(scaling.divided(scaling.divided(discs.times(x))))
     for factor in (discs.normal_equations, discs.orthogonal_factor):

@@ -20,7 +20,11 @@ def square(cost, upper=(1.0, 1.0)):
 
 def residuals(found):
     """Violation of rows and bounds, of the balance and signs of multipliers, and the gap, in numbers near 1."""
-    program, x, y = found.solved, found.x / found.scales.x, found.multipliers / found.scales.y
+    program, x, y = (
+        found.solved,
+        found.x / found.scales.x,
+        found.multipliers * found.scales.cost / found.scales.row,
+    )
     rest = program.cost + y @ program.matrix
     side = np.where(y > 0, program.right, program.left)
     bound = np.where(rest > 0, program.lower, program.upper)
