@@ -21,6 +21,7 @@ from shakedown.ground.constants import (
 )
 from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import loading
+from shakedown.joint.fields import is_definite
 from shakedown.joint.law import Law
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
@@ -115,8 +116,8 @@ class ScaledJoint:
     @cached_property
     def held(self) -> bool:
         """Whether A is positive definite in the slips that are kept, if any, clear of round-off."""
-        values = np.linalg.eigvalsh(self.kept_stiffness)
-        return bool(len(values)) and bool(values[0] > 4 * len(values) * EPS * values[-1])
+        A = self.kept_stiffness
+        return bool(len(A)) and is_definite(A, 4 * len(A) * EPS * float(np.abs(A).sum(axis=0).max()))
 
     @cached_property
     def inverse(self) -> NDArray[np.floating]:
