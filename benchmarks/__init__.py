@@ -26,7 +26,6 @@ STUDIES: tuple[str, ...] = (
     "enumeration",
     "evolution",
     "hard_cases",
-    "lap_joint",
     "large_joints",
     "long_term",
     "mutation",

@@ -17,10 +17,9 @@ from matplotlib.figure import Figure
 
 from benchmarks.bodies.blocks import cantilevered_block
 from benchmarks.bodies.classical import cylinder_on_flat, press_fit
-from benchmarks.bodies.lap_joint import lap_joint
+from benchmarks.bodies.lap_joint import WIDTH, lap_joint
 from benchmarks.bodies.sphere import sphere_on_flat
 from benchmarks.display import lines, panels
-from benchmarks.lap_joint import WASHER
 from shakedown import Problem, plot, refine
 from shakedown.fem import (
     Displacement,
@@ -103,8 +102,8 @@ def brick(elements: int, f: float) -> Problem:
 
 
 def bolted_lap(elements: int) -> Problem:
-    """The lap joint of the study of that name."""
-    return lap_joint((elements, elements // 4, elements // 6), washer=WASHER)
+    """Washers with edges on lines of all meshes, where all sizes fall by one factor."""
+    return lap_joint((elements, elements // 4, elements // 6), washer=(10.0, WIDTH / 6))
 
 
 class Joint(NamedTuple):
