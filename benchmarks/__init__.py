@@ -32,7 +32,6 @@ STUDIES: tuple[str, ...] = (
     "receding",
     "refinement",
     "space_classical",
-    "space_energy",
     "space_peers",
     "space_verdicts",
     "stability",

@@ -4,7 +4,8 @@
 (where the simulated joint stops shaking down) and λ_max: against the strength of the coupling,
 against friction and against the mesh. Where slip zero is far from every safe slip λ_E falls
 short of λ_T; then the number of cycles counts after which a simulated state is inside the ball.
-What the bound costs is in ``large_joints`` and ``verify_times``.
+In space, what each node's share of its own coupling gains. What the bound costs is in
+``large_joints`` and ``verify_times``.
 """
 
 import statistics
@@ -16,7 +17,7 @@ import numpy as np
 import shakedown
 from benchmarks.display import listed
 from benchmarks.problems import joint
-from benchmarks.refinement import block_on_plane
+from benchmarks.refinement import block_on_plane, brick
 from shakedown import Problem, energy_ball, energy_bound, transient_limit, upper_bound
 from shakedown.bounds.coupling import coupling
 from shakedown.motion.evolution import Evolution
@@ -24,22 +25,29 @@ from shakedown.motion.evolution import Evolution
 TITLE = "The energy bound: how sharp it is"
 SHARES = (0.9, 0.98, 0.999)  # of λ_T
 MOST_CYCLES = 64
+IN_SPACE = ("one-node-3d", "two-node-3d", "four-node-3d", "block-3x3")
 
 
 def cases(short: bool) -> list[dict]:
     couplings, seeds = ((0.3, 1.0), 2) if short else ((0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5), 8)
     frictions = (0.2, 0.5) if short else (0.1, 0.2, 0.3, 0.4, 0.5)
     elements = (8,) if short else (8, 16, 32, 64)
+    in_space, bricks = (("one-node-3d",), ()) if short else (IN_SPACE, (4, 6, 10))
     return [
         *({"study": "coupling", "value": c, "seed": seed} for c in couplings for seed in range(seeds)),
         *({"study": "friction", "value": f, "block": b} for b in ("block-9", "block-33") for f in frictions),
         *({"study": "mesh", "value": e, "f": f} for f in (0.2, 0.4) for e in elements),
+        *({"study": "space", "joint": name} for name in in_space),
+        *({"study": "space", "joint": "brick", "value": e, "f": f} for f in (0.3, 0.5) for e in bricks),
     ]
 
 
 def measure(case: dict) -> dict:
     if case["study"] == "coupling":
         return sharpness(joint(case["seed"], n=6, coupling=case["value"]))
+    if case["study"] == "space":
+        name = case["joint"]
+        return gained(brick(case["value"], case["f"]) if name == "brick" else shakedown.example(name))
     if case["study"] == "friction":
         return sharpness(shakedown_example(case["block"], case["value"]))
     return sharpness(block_on_plane(case["value"], case["f"]))
@@ -66,6 +74,16 @@ def sharpness(problem: Problem) -> dict:
     return row | relative | {"coupling_ratio": ratio if isfinite(ratio) else None}
 
 
+def gained(problem: Problem) -> dict:
+    """λ_E of a joint in space relative to λ_max, with the best shares of the own coupling and without."""
+    upper = upper_bound(problem, certify=False).load_factor
+    row: dict = {"nodes": problem.n, "upper": upper}
+    for name, split in (("energy", True), ("zero", False)):
+        relative = energy_bound(problem, split=split, certify=False).load_factor / upper
+        row[name] = relative if isfinite(relative) else None
+    return row
+
+
 def cycles_to_ball(problem: Problem, load_factor: float) -> int | None:
     """Cycles from slip zero until a ball holds the state; None where it takes too many."""
     evolution = Evolution(problem, load_factor)
@@ -82,8 +100,9 @@ def cycles_to_ball(problem: Problem, load_factor: float) -> int | None:
 
 
 def tables(rows: list[dict]) -> str:
-    parts = []
-    for study in dict.fromkeys(row["study"] for row in rows):
+    space = [row for row in rows if row["study"] == "space"]
+    parts, in_space = [], {"joint": "{joint}", "nodes": "{nodes}", "f": "{f:g}", "λ_E/λ_max": "{energy:.4f}"}
+    for study in dict.fromkeys(row["study"] for row in rows if row not in space):
         chosen = [row for row in rows if row["study"] == study and row["upper"] is not None]
         # joints of one coupling together; the other studies have one joint per line
         keys = [row["value"] if study == "coupling" else number for number, row in enumerate(chosen)]
@@ -100,6 +119,7 @@ def tables(rows: list[dict]) -> str:
             **{f"cycles at {share:g} λ_T": f"{{cycles_{k}:g}}" for k, share in enumerate(SHARES)},
         }  # fmt: skip
         parts.append(f"against {study}, medians\n{listed(map(_medians, groups), columns)}")
+    parts.append(f"in space\n{listed(space, in_space | {'without shares': '{zero:.4f}'})}")
     return "\n\n".join(parts)
 
 

@@ -7,8 +7,8 @@ import pytest
 from bounds.energy.joints import one_node, strong_joint
 
 import shakedown
+from benchmarks.plain_energy import plainly
 from benchmarks.problems import chain, random_problem
-from benchmarks.space_energy import plainly
 from shakedown import Problem, energy_bound
 
 NUMBERS = {  # to the digits of an independent computation

@@ -9,8 +9,8 @@ from joints import safe_later
 from joints_in_space import random_joint
 
 import shakedown
+from benchmarks.plain_energy import plainly
 from benchmarks.problems import random_problem
-from benchmarks.space_energy import plainly
 from shakedown import Problem, energy_ball, energy_bound
 from shakedown.bounds.energy.ball_limits import ball_limits
 from shakedown.bounds.energy.energy_ball import closed_radius
