@@ -1,4 +1,4 @@
-"""How long real joints take: ``verify`` with its report, λ_max, λ_E, λ_U, maps; from builders and from files.
+"""How long real joints take: ``verify`` with its report, λ_max, λ_E, λ_U; from builders and from files.
 
 ``VERIFY_TIMES=joint.npz,other.npz python -m benchmarks verify_times --short`` takes files of the user's own.
 """
@@ -21,7 +21,7 @@ from shakedown import Problem
 from shakedown.fem import ElasticBody, Force, Material, Pressure, Support, brick_mesh, contact_problem
 from shakedown.report.html import write_report
 
-TITLE = "Real joints: processor time of verify with its report, of the bounds and of maps"
+TITLE = "Real joints: processor time of verify with its report, and of the bounds"
 FILES = "VERIFY_TIMES"  # problem files instead of the joints below, separated by commas
 JOINTS: dict[str, Callable[[], Problem]] = {
     "four-node-3d": lambda: shakedown.example("four-node-3d"),
@@ -35,8 +35,6 @@ JOINTS: dict[str, Callable[[], Problem]] = {
 }
 LARGE = "half-space 45 × 45"  # 2,025 pairs: λ_max alone
 BOUNDS = ("λ_max", "λ_E", "λ_U")
-MAPS = {"two-node": (0.7, 100_000), "four-node-3d": (1.0, 10_000)}  # load factor, states
-FEWER = 100  # times fewer states in the short form
 
 
 def plates(k: int) -> Problem:
@@ -59,11 +57,7 @@ def cases(short: bool) -> list[dict]:
     bounds = [{"joint": name, "what": what} for name in joints for what in BOUNDS]
     if not (files or short):
         bounds.append({"joint": LARGE, "what": "λ_max"})
-    maps = [
-        {"joint": name, "what": "map", "states": states // (FEWER if short else 1)}
-        for name, (_, states) in MAPS.items()
-    ]
-    return verified + bounds + ([] if files else maps)
+    return verified + bounds
 
 
 def measure(case: dict) -> dict:
@@ -74,7 +68,6 @@ def measure(case: dict) -> dict:
         "λ_max": lambda: {"value": shakedown.upper_bound(joint, certify=False).load_factor},
         "λ_E": lambda: {"value": shakedown.energy_bound(joint, certify=False).load_factor},
         "λ_U": lambda: {"value": shakedown.universal_bound(joint).load_factor},
-        "map": lambda: _mapped(joint, MAPS[case["joint"]][0], case["states"]),
     }[case["what"]]()
     seconds = {"processor": time.process_time() - spent, "clock": time.perf_counter() - began}
     return found | seconds | {"pairs": joint.n}
@@ -102,14 +95,9 @@ def _verified(joint: Problem) -> dict:
     }
 
 
-def _mapped(joint: Problem, load_factor: float, states: int) -> dict:
-    found = shakedown.initial_state_map(joint, load_factor, states=states, workers=None)
-    return {"states": states, "value": found.shakedown_fraction}
-
-
 def tables(rows: list[dict]) -> str:
     columns = {
-        "joint": "{joint}", "pairs": "{pairs}", "what": "{what}", "states": "{states:,}",
+        "joint": "{joint}", "pairs": "{pairs}", "what": "{what}",
         "processor, s": "{processor:.3g}", "clock, s": "{clock:.3g}", "runs": "{runs}", "open": "{open}",
         "disagree": "{disagreements}",
     }  # fmt: skip
