@@ -2,19 +2,16 @@
 
 - ``row``: Jenkins elements side by side on a bar, limits spread evenly (Iwan): exact sums, to round-off
 - ``bar``: a bar on a frictional foundation, pulled at its end (Menq; Gaul): D = 2 F³ / (3 EA τ)
-- ``sphere``: Cattaneo and Mindlin on discs of patches, displacement and dissipation of a cycle
 - ``rule``: a block on a floor, where slip and pressure are coupled: Masing's rule on the first loading,
   and Gauss-Seidel at fixed load steps, against the exact curve
 """
 
 import time
-from dataclasses import replace
 
 import numpy as np
 from matplotlib.figure import Figure
 
 import shakedown
-from benchmarks.bodies.sphere import disc_compliance, sphere_contact, sphere_on_flat
 from benchmarks.display import curve, listed, panels
 from shakedown import Problem, conjugate_displacement, damping
 from shakedown.fem import (
@@ -35,13 +32,12 @@ PARTS = (8, 32, 128, 512)  # load steps of a period
 def cases(short: bool) -> list[dict]:
     rows = [{"part": "row", "n": 40}]
     rows += [{"part": "bar", "n": n} for n in ((10, 20) if short else (10, 20, 40, 80, 160))]
-    rows += [{"part": "sphere", "n": rings} for rings in ((2, 3) if short else (3, 5, 8))]
     return [*rows, {"part": "rule", "n": 8 if short else 24}]
 
 
 def measure(case: dict) -> dict:
     began = time.process_time()
-    found = {"row": _row, "bar": _bar, "sphere": _sphere, "rule": _rule}
+    found = {"row": _row, "bar": _bar, "rule": _rule}
     row = found[case["part"]](case)
     return row | {"seconds": time.process_time() - began}
 
@@ -76,24 +72,6 @@ def _bar(case: dict) -> dict:
     loops = damping(joint, F)
     errors = [_rms(loops.displacement, F**2 / 2), _rms(loops.dissipation, 2 * F**3 / 3)]
     return {"errors": errors}
-
-
-def _sphere(case: dict) -> dict:
-    """Force of 0.3 to 0.9 f N on a sphere: displacement and dissipation of the cycle that it settles into."""
-    rings, f = case["n"], 0.5
-    joint = sphere_on_flat(rings, shear=1.0, f=f, poisson=0.0)
-    unit = -joint.q_w[3] / f
-    welded = (disc_compliance(rings) @ -unit)[0::2].mean()
-    known = replace(
-        joint, load_reactions=[np.append(unit, np.zeros(joint.n))], load_compliance=[[welded]],
-        load_history=f * np.array([[0.0], [1.0], [0.0], [-1.0]]),
-    )  # fmt: skip
-    T = np.array([0.3, 0.45, 0.6, 0.75, 0.9])
-    loops, contact = damping(known, T), sphere_contact(f, 0.0)
-    exact = [[law(f * t) for t in T] for law in (contact.displacement, contact.dissipation)]
-    found = loops.displacement, loops.dissipation
-    errors = [_rms(one, np.array(other)) for one, other in zip(found, exact, strict=True)]
-    return {"patches": joint.n, "errors": errors}
 
 
 def block(elements: int, steps: int) -> Problem:
@@ -152,7 +130,7 @@ def _rms(found: np.ndarray, exact: np.ndarray) -> float:
 
 
 def order(rows: list[dict], which: int) -> float:
-    """Fitted order of an error over the number of elements (rings)."""
+    """Fitted order of an error over the number of elements."""
     count, errors = [row["n"] for row in rows], [row["errors"][which] for row in rows]
     return float(-np.polyfit(np.log(count), np.log(errors), 1)[0])
 
@@ -168,9 +146,8 @@ def tables(rows: list[dict]) -> str:
     }  # fmt: skip
     text = "Relative errors of displacement and dissipation\n"
     text += listed([row for row in rows if "errors" in row], errors)
-    for part in ("bar", "sphere"):
-        if len(found := of_part(rows, part)) > 1:
-            text += f"\n{part}: orders {order(found, 0):.2f} and {order(found, 1):.2f}"
+    if len(found := of_part(rows, "bar")) > 1:
+        text += f"\nbar: orders {order(found, 0):.2f} and {order(found, 1):.2f}"
     for row in of_part(rows, "rule"):
         text += f"\n\nA block, dissipation by amplitude\n{listed(_departures(row), DEPARTURES)}"
         text += f"\nexact: {row['exact_seconds']:.2g} s each; "
@@ -195,11 +172,10 @@ def _departures(row: dict) -> list[dict]:
 
 def figures(rows: list[dict]) -> dict[str, Figure]:
     figure, (left, right) = panels(2, 2, (4.5, 3.8))
-    for part, mark in (("bar", "o"), ("sphere", "s")):
-        for which, name in enumerate(("displacement", "dissipation")):
-            errors = [{"n": row["n"], "error": row["errors"][which]} for row in of_part(rows, part)]
-            curve(left, errors, "n", "error", f"{mark}-", label=f"{part}, {name}")
-    left.set(xlabel="elements of the bar, rings of the sphere", ylabel="relative error")
+    for which, name in enumerate(("displacement", "dissipation")):
+        errors = [{"n": row["n"], "error": row["errors"][which]} for row in of_part(rows, "bar")]
+        curve(left, errors, "n", "error", label=f"bar, {name}")
+    left.set(xlabel="elements of the bar", ylabel="relative error")
     left.set_title("against closed forms")
     for row in of_part(rows, "rule"):
         for name in list(DEPARTURES)[3:]:
