@@ -12,18 +12,18 @@ The verdict on a path, from its error relative to the range of the exact slips:
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 from benchmarks import siconos_peer
-from benchmarks.display import lines, listed
+from benchmarks.display import lines
 from benchmarks.rational_path import NoPath, one_step_holds, rational_path
 from benchmarks.stability_scenes import FAMILIES, Scene
 from shakedown import Problem
 from shakedown.ground.constants import FloatArray
-from shakedown.motion.checked_law import law_violation, reactions, scales
+from shakedown.motion.checked_law import scales
 from shakedown.motion.course import EventKind
 from shakedown.motion.evolution import Evolution, evolve
 from shakedown.motion.fixed_steps import MOST_SWEEPS, contact_nodes, load_steps, places_by_node
@@ -42,14 +42,7 @@ SHOWN = 64  # cycles at the end of a long run on which its error is measured
 VERDICTS = ("right", "round-off", "long step", "off", "says so")
 
 
-@dataclass(frozen=True)
-class Path:
-    """Slips (s, n) after the last load steps of a run, the law's violation in it, and what it said."""
-
-    v: FloatArray
-    violation: float
-    early_violation: float  # in the first tenth of the run
-    said: str
+Path = tuple[FloatArray, str]  # slips (s, n) after the last load steps of a run, and what it said
 
 
 def cases(short: bool) -> list[dict]:
@@ -113,25 +106,22 @@ def measure(case: dict) -> dict:
     hard, method = scene(case["family"], case["scene"]), case["method"]
     exact, size, sensitivity, long_step = reference(case["family"], case["scene"])
     if method == "event":
-        path = _event_long(hard) if _long(hard) else _event(hard)
+        slips, said = _event_long(hard) if _long(hard) else _event(hard)
     elif method.startswith("GS"):
-        path = _gauss_seidel(hard, METHODS[method] or 0.0)
+        slips, said = _gauss_seidel(hard, METHODS[method] or 0.0)
     else:
-        path = _siconos(hard, method)
-    whole = len(path.v) == len(exact) and np.isfinite(path.v).all()
+        slips, said = _siconos(hard, method)
     if _long(hard) and method == "event":
         exact = exact[hard.problem.m - 1 :: hard.problem.m]
-        whole = len(path.v) == len(exact)
-    error = float(np.abs(path.v - exact).max() / size) if whole else None
+    whole = len(slips) == len(exact) and np.isfinite(slips).all()
+    error = float(np.abs(slips - exact).max() / size) if whole else None
     return {
         "n": hard.problem.n,
         "cycles": hard.cycles,
-        "verdict": verdict(error, sensitivity, path.said, long_step and method != "event"),
-        "said": path.said,
+        "verdict": verdict(error, sensitivity, said, long_step and method != "event"),
+        "said": said,
         "error": error,
         "sensitivity": sensitivity if np.isfinite(sensitivity) else None,
-        "violation": path.violation,
-        "early_violation": path.early_violation,
     }
 
 
@@ -147,29 +137,21 @@ def verdict(error: float | None, sensitivity: float, said: str, long_step: bool)
 
 def _event(hard: Scene) -> Path:
     run = evolve(hard.problem, 1.0, hard.start, cycles=hard.cycles)
-    history = run.history
-    q, p = reactions(hard.problem, history.q_w, history.p_w, history.v, history.w)
-    slip = _contact_slip(history.v, history.w, hard.start)
-    violation = _law(hard, q, p, history.w, slip)
-    said = "" if run.stop is None else run.stop.reason
-    steps = history.rows(history.kind == EventKind.LOAD_STEP)
-    return Path(steps.v[1:], float(violation.max()), 0.0, said)
+    steps = run.history.rows(run.history.kind == EventKind.LOAD_STEP)
+    return steps.v[1:], "" if run.stop is None else run.stop.reason
 
 
 def _event_long(hard: Scene) -> Path:
     """Without a record: states at the ends of the cycles only."""
     evolution = Evolution(hard.problem, 1.0, hard.start)
-    violations, last, said = [], [], ""
+    last, said = [], ""
     for cycle in range(hard.cycles):
         if evolution.cycle() is None:
             said = evolution.stop.reason if evolution.stop else "stopped"
             break
-        if cycle < hard.cycles // 10 or cycle >= hard.cycles - SHOWN:
-            violations.append(evolution.violation(evolution.state))
         if cycle >= hard.cycles - SHOWN:
             last.append(evolution.state.u[: hard.problem.n])
-    early = max(violations[: hard.cycles // 10])
-    return Path(np.array(last), max(violations), early, said)
+    return np.array(last), said
 
 
 def _gauss_seidel(hard: Scene, tolerance: float) -> Path:
@@ -187,7 +169,7 @@ def _gauss_seidel(hard: Scene, tolerance: float) -> Path:
         what = f"no state of node {node}" if node >= 0 else f"not converged in {MOST_SWEEPS} sweeps"
         said = f"{what} at load step {step}"
     path[:, at] = found
-    return _stepped(hard, q_w, p_w, *layout.split(path), slip, said)
+    return layout.split(path)[0][-SHOWN * problem.m :], said
 
 
 def _siconos(hard: Scene, solver: str) -> Path:
@@ -197,59 +179,24 @@ def _siconos(hard: Scene, solver: str) -> Path:
         problem, q_w, p_w, hard.start, solver, METHODS[solver] or 0.0, hard.peer_units
     )
     said = f"{out.failures} load steps reported as failed" if out.failures else ""
-    slip = _contact_slip(out.v, out.w, hard.start)
-    return _stepped(hard, q_w, p_w, out.v, out.w, slip, said)
-
-
-def _stepped(hard: Scene, q_w, p_w, v, w, slip, said: str) -> Path:
-    q, p = reactions(hard.problem, q_w, p_w, v, w)
-    with np.errstate(invalid="ignore"):
-        violation = _law(hard, q, p, w, slip).max(axis=1)
-    violation = np.nan_to_num(violation, nan=1e300, posinf=1e300)
-    tenth = max(1, len(violation) // 10)
-    last = v[-SHOWN * hard.problem.m :]
-    return Path(last, float(violation.max()), float(violation[:tenth].max()), said)
-
-
-def _contact_slip(v: FloatArray, w: FloatArray, start: FloatArray) -> FloatArray:
-    """Slip during the steps at both ends of which a node is closed."""
-    slip = np.diff(v, axis=0, prepend=start[None])
-    slip[(w > 0) | (np.vstack([np.zeros_like(w[:1]), w[:-1]]) > 0)] = 0.0
-    return slip
-
-
-def _law(hard: Scene, q, p, w, slip) -> FloatArray:
-    return law_violation(hard.problem.f, q, p, w, slip, scales(hard.problem, 1.0))
+    return out.v[-SHOWN * problem.m :], said
 
 
 def tables(rows: list[dict]) -> str:
     methods = [m for m in METHODS if any(r["method"] == m for r in rows)]
     cell = {(r["family"], r["scene"], r["method"]): r for r in rows}
-    errors, laws = [], []
+    errors = []
     for family, name in dict.fromkeys((r["family"], r["scene"]) for r in rows):
         mine = [cell.get((family, name, m)) for m in methods]
         ulp = next(r for r in mine if r)["sensitivity"]
         errors.append([name, "jumps" if ulp is None else f"{ulp:.0e}", *map(_error, mine)])
-        laws.append([name, *(f"{r['violation']:.0e}" if r else "" for r in mine)])
     counts = [
         [word, "", *(str(sum(r["verdict"] == word for r in rows if r["method"] == m)) for m in methods)]
         for word in VERDICTS
     ]
-    drift = {
-        "scene": "{scene}",
-        "method": "{method}",
-        "first tenth": "{early_violation:.0e}",
-        "all": "{violation:.0e}",
-    }
     parts = [
         "error of the path, relative; * as 100 ulp of the data; ~ long load step; ! off; FAILED: says so",
         lines(["scene", "ulp does", *methods], errors + counts),
-        "\nlargest violation of the friction law, relative to the force and length scale",
-        "(event: at every event, the others: at load steps; where κ has condition 1e8 and more, putting a",
-        "node onto its limit moves it by the round-off of slips that are that large, and that counts)",
-        lines(["scene", *methods], laws),
-        "\nviolation of the friction law in the first tenth of many cycles, and in all of them",
-        listed([row for row in rows if row["cycles"] > 3], drift),
         "\nwhat the methods said",
         *(f"  {r['scene']}, {r['method']}: {r['said']}" for r in rows if r["said"]),
     ]
