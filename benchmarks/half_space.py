@@ -5,7 +5,7 @@ import numpy as np
 from shakedown import Problem
 from shakedown.ground.constants import FloatArray
 
-POISSON = 0.3
+POISSON, FRICTION = 0.3, 0.5
 
 
 def grid(columns: int, rows: int) -> FloatArray:
@@ -13,13 +13,14 @@ def grid(columns: int, rows: int) -> FloatArray:
     return np.array([(float(i), float(j)) for j in range(rows) for i in range(columns)])
 
 
-def compliance(x: FloatArray, poisson: float = POISSON) -> FloatArray:
+def compliance(x: FloatArray) -> FloatArray:
     """Displacements (u_x, u_y, u_z) at the centres of unit squares by their forces, (3n, 3n); E = 1.
 
     Boussinesq's and Cerruti's point forces at the other squares, uniform tractions on a square itself
     (Johnson, Contact Mechanics, 3.2 and 3.6). z goes into the half-space.
     """
-    n, shear = len(x), 1.0 / (2.0 * (1.0 + poisson))
+    n, poisson = len(x), POISSON
+    shear = 1.0 / (2.0 * (1.0 + poisson))
     apart = x[:, None] - x
     r = np.hypot(apart[..., 0], apart[..., 1])
     np.fill_diagonal(r, 1.0)
@@ -45,22 +46,14 @@ def blocks(kappa: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return kappa[: 2 * n, : 2 * n], kappa[2 * n :, : 2 * n], kappa[2 * n :, 2 * n :]
 
 
-def around(x: FloatArray, steps: int, pull: float, tilt: float, f: float) -> tuple[FloatArray, FloatArray]:
-    """A force that goes around, stronger on one side, and a moment with it: q_w (m, 2n), p_w (m, n).
+def half_space(columns: int, rows: int, pull: float = 0.9, tilt: float = 0.0) -> Problem:
+    """A grid of patches under a force that goes around, stronger on one side, and a moment with it.
 
     ``pull`` is its largest share of f p, ``tilt`` the moment; from 1 on it lifts the edges.
     """
-    t = 2 * np.pi * np.arange(steps)[:, None] / steps
+    x, t = grid(columns, rows), 2 * np.pi * np.arange(40)[:, None] / 40
     place = (x - x.mean(axis=0)) / np.ptp(x, axis=0).max()
     p = 1.0 + 0.2 * np.cos(t) + tilt * (np.cos(t) * place[:, 0] + np.sin(t) * place[:, 1])
     q = np.stack([np.cos(t) * (1 + 0.5 * place[:, 1]), np.sin(t) * (1 + 0.5 * place[:, 0])], axis=2)
-    return pull * f * q.reshape(steps, -1), p
-
-
-def half_space(
-    columns: int, rows: int, pull: float = 0.9, tilt: float = 0.0, f: float = 0.5, steps: int = 40
-) -> Problem:
-    """A grid of patches under such a force."""
-    x = grid(columns, rows)
-    (A, B, C), (q_w, p_w) = blocks(np.linalg.inv(compliance(x))), around(x, steps, pull, tilt, f)
-    return Problem(A=A, B=B, C=C, f=f, q_w=q_w, p_w=p_w, x=x)
+    A, B, C = blocks(np.linalg.inv(compliance(x)))
+    return Problem(A=A, B=B, C=C, f=FRICTION, q_w=pull * FRICTION * q.reshape(40, -1), p_w=p, x=x)
