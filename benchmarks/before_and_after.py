@@ -14,13 +14,11 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing
 from functools import partial
-from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-import shakedown
 from benchmarks.answers import ALONE, Checkout
-from benchmarks.problems import chain
+from benchmarks.problems import chain, file_of
 from shakedown.report.facts import table
 
 COMPILE = (
@@ -138,12 +136,7 @@ def time_of(side: Checkout, call: Call) -> float:
 
 def joint_files() -> dict[str, bytes]:
     """Chains of nodes, as both checkouts read them."""
-    with TemporaryDirectory() as folder:
-        path, files = Path(folder) / "joint.npz", {}
-        for n in SIZES:
-            shakedown.save_problem(path, chain(n))
-            files[f"chain-{n}.npz"] = path.read_bytes()
-    return files
+    return {f"chain-{n}.npz": file_of(chain(n)) for n in SIZES}
 
 
 def commands_in_turn(pythons: tuple[str, str], words: list[str], turns: int, *, cold: bool) -> list[Turn]:

@@ -126,9 +126,6 @@ def measure(case: dict) -> dict:
     return {
         "seconds": seconds * programs / timed,
         "relative": seconds * programs / timed / own_seconds,
-        "programs_timed": timed,
-        "load_factor": value if solved else None,
-        "solved": float(solved),
         "error": max(abs(value - low) / low, abs(value - high) / high) if solved and low == low else None,
         "against": against,
     }

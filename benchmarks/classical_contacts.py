@@ -64,8 +64,6 @@ def line_contact_errors(refinement: int) -> dict:
     stick = closed & (q < FRICTION * p * (1 - 1e-9))
     return {
         "nodes": problem.n,
-        "half_width": alone.half_width,
-        "stick_half_width": sheared.stick,
         "utilisation": shear / (FRICTION * normal_at_crest),
         "peak": abs(float(history.p[pressed].max()) / size / alone.peak - 1),
         "pressure": float(np.abs(history.p[pressed] - alone.pressure(x) * size).sum() / normal),

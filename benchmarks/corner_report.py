@@ -11,6 +11,7 @@ from shakedown import Problem
 from shakedown.ground.constants import FloatArray
 
 Complex = NDArray[np.complex128]
+SIDES = (-1, 1)  # the limits of the two nodes: +1 backward (q = f p), −1 forward (q = −f p)
 OPEN = 2  # the state of a node that is open, as in an EventHistory
 
 
@@ -31,7 +32,6 @@ class CornerEnd(NamedTuple):
 class CornerReport(NamedTuple):
     """Result of :func:`corner_report`."""
 
-    sides: tuple[int, int]  # the limits of the nodes, +1 backward (q = f p), −1 forward (q = −f p)
     slip: FloatArray  # (2,): their slips at the corner (6.15), (6.16) [length]
     q: FloatArray  # (2,): their reactions there [force]
     p: FloatArray
@@ -52,7 +52,7 @@ class CornerReport(NamedTuple):
     def admissible(self, amplitudes: FloatArray) -> bool:
         """Whether a perturbation a₀ x₀ + a₁ x₁ begins with slip of both nodes at their limits (6.54)."""
         velocity = (self.coefficients @ amplitudes).real
-        return bool((-np.array(self.sides) * velocity > 0).all())
+        return bool((-np.array(SIDES) * velocity > 0).all())
 
 
 def corner_report(
@@ -60,9 +60,10 @@ def corner_report(
     problem: Problem,
     q_w: FloatArray,  # q_w, p_w: (2,): welded reactions at the corner [force]
     p_w: FloatArray,
-    sides: tuple[int, int] = (-1, 1),  # the limits of the two nodes: +1 backward, −1 forward
 ) -> CornerReport:
     """How a state with both nodes of a joint at their limits goes on under a viscous motion (§6.3, §6.4).
+
+    Node 0 is at its forward limit, node 1 at its backward one.
 
     Examples
     --------
@@ -74,14 +75,13 @@ def corner_report(
     >>> report.end.slip.round(4), report.end.gap.round(4), report.both_open_possible
     (array([  3.564 , -24.5639]), array([0.    , 3.3443]), False)
     """
-    signs = np.array(sides)
+    signs = np.array(SIDES)
     rows = problem.A - (signs * problem.f)[:, None] * problem.B  # what is out of balance while both slip
     corner = np.linalg.solve(rows, signs * problem.f * p_w - q_w)
     q, p = q_w + problem.A @ corner, p_w + problem.B @ corner
-    values, vectors = _modes(-rows, sides)
+    values, vectors = _modes(-rows)
     mode, opening = _growth(problem.B, signs, values, vectors, p)
     return CornerReport(
-        sides=sides,
         slip=corner,
         q=q,
         p=p,
@@ -91,17 +91,17 @@ def corner_report(
         coefficients=vectors.T * values,
         grows=mode >= 0,
         opening_node=opening,
-        end=None if opening < 0 else _end(problem, sides, corner, q, p, opening),
+        end=None if opening < 0 else _end(problem, corner, q, p, opening),
         both_open=np.linalg.solve(problem.kappa, -np.concatenate([q_w, p_w]))[2:],
     )
 
 
-def _modes(H: FloatArray, sides: tuple[int, int]) -> tuple[Complex, Complex]:
+def _modes(H: FloatArray) -> tuple[Complex, Complex]:
     """Eigenvalues and eigenvectors (rows) of H; each vector moves the first node as it slips."""
     values, columns = np.linalg.eig(H.astype(complex))
     order = np.argsort(values.real, kind="stable")
     values, vectors = values[order], columns.T[order]
-    turned = np.where(-sides[0] * (values * vectors[:, 0]).real < 0, -1.0, 1.0)
+    turned = np.where(-SIDES[0] * (values * vectors[:, 0]).real < 0, -1.0, 1.0)
     return values, vectors * turned[:, None]
 
 
@@ -122,13 +122,11 @@ def _growth(
     return -1, -1
 
 
-def _end(
-    problem: Problem, sides: tuple[int, int], corner: FloatArray, q: FloatArray, p: FloatArray, opening: int
-) -> CornerEnd:
+def _end(problem: Problem, corner: FloatArray, q: FloatArray, p: FloatArray, opening: int) -> CornerEnd:
     """Equilibrium with one node open and the other still slipping (6.55)–(6.60)."""
     assert problem.C is not None
     slipping = 1 - opening
-    side, f = sides[slipping], problem.f[slipping]
+    side, f = SIDES[slipping], problem.f[slipping]
     tangential = np.column_stack([problem.A, problem.B[opening]])
     normal = np.column_stack([problem.B, problem.C[:, opening]])
     G = np.empty((3, 3))

@@ -242,18 +242,16 @@ def stepped_over(seed: int) -> dict:
     return {"n": joint.n, "load_factor": float(limit.load_factor), "below": shares[0], "above": shares[1]}
 
 
-def drift_at_fixed_steps(
-    joint: Problem, load_factor: float, parts: int = PARTS, cycles: int = CYCLES
-) -> float:
+def drift_at_fixed_steps(joint: Problem, load_factor: float) -> float:
     """The largest growth of slip in the last of some cycles from slip zero, relative to the slips in it."""
     f, m, loop = joint.f, joint.m, loading(joint)
-    at = np.arange(parts * m) / parts
+    at = np.arange(PARTS * m) / PARTS
     q, p = (
         np.stack([np.interp(at, np.arange(m), each, period=m) for each in path.T], axis=1)
         for path in (loop.q0 + load_factor * loop.q1, loop.p0 + load_factor * loop.p1)
     )
     fB = f[:, None] * joint.B
-    ends, slip = gauss_seidel(joint.A + fB, joint.A - fB, f * p + q, f * p - q, cycles)
+    ends, slip = gauss_seidel(joint.A + fB, joint.A - fB, f * p + q, f * p - q, CYCLES)
     return float(np.abs(ends[-1] - ends[-2]).max() / (slip.max() or 1.0))
 
 

@@ -49,14 +49,9 @@ def measure(case: dict) -> dict:
         name = case["joint"]
         return gained(brick(case["value"], case["f"]) if name == "brick" else shakedown.example(name))
     if case["study"] == "friction":
-        return sharpness(shakedown_example(case["block"], case["value"]))
+        problem = shakedown.example(case["block"])
+        return sharpness(replace(problem, f=np.full(problem.n, case["value"])))
     return sharpness(block_on_plane(case["value"], case["f"]))
-
-
-def shakedown_example(name: str, f: float) -> Problem:
-    """A built-in joint with another friction coefficient."""
-    problem = shakedown.example(name)
-    return replace(problem, f=np.full(problem.n, f))
 
 
 def sharpness(problem: Problem) -> dict:

@@ -22,15 +22,18 @@ class Steps(NamedTuple):
 class ImplicitSteps:
     """A joint that is carried from one load step to the next, from any state.
 
-    ``force`` is what "small" is measured against: the largest welded reaction of the scene.
+    ``force`` is what "small" is measured against: the largest welded reaction of the scene; ``close`` the
+    change of a displacement [length] below which a load step is solved.
     """
 
-    def __init__(self, kappa: FloatArray, f: FloatArray, directions: int, force: float) -> None:
+    def __init__(
+        self, kappa: FloatArray, f: FloatArray, directions: int, force: float, close: float | None = None
+    ) -> None:
         self.layout = Layout(len(kappa) // (directions + 1), directions)
-        self.kappa, self._at = kappa, places_by_node(self.layout)
+        self._at = places_by_node(self.layout)
         self._nodes = contact_nodes(self.layout, kappa, f, True, force)
         stiffness = np.diag(kappa)
-        self._close = CLOSE * force / float(stiffness[stiffness > 0].min())
+        self._close = CLOSE * force / float(stiffness[stiffness > 0].min()) if close is None else close
 
     def follow(self, v: FloatArray, w: FloatArray, q_w: FloatArray, p_w: FloatArray, parts: int = 1) -> Steps:
         """From a state under the first load through all others (k, dn), (k, n), each in equal parts."""

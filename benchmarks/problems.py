@@ -1,11 +1,13 @@
 """Problems that several studies share: joints of any size, changed units, refined loops."""
 
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown import Problem
+from shakedown import Problem, save_problem
 from shakedown.ground.constants import FloatArray
 from shakedown.joint.units import without_loads
 
@@ -49,6 +51,13 @@ def in_units(problem: Problem, force: ArrayLike, length: ArrayLike) -> Problem:
     given = {key: getattr(problem, key) for key in sizes}
     changed = {key: value * sizes[key] for key, value in given.items() if value is not None}
     return replace(without_loads(problem), **changed)
+
+
+def file_of(problem: Problem) -> bytes:
+    """What its problem file holds."""
+    with TemporaryDirectory() as folder:
+        save_problem(path := Path(folder) / "joint.npz", problem)
+        return path.read_bytes()
 
 
 def chain(n: int, f: float = 0.2, m: int = 50, seed: int = 0) -> Problem:

@@ -25,13 +25,13 @@ from contextlib import ExitStack, closing
 from itertools import chain
 from math import inf
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import shakedown
 from benchmarks.answers import NO_ANSWER, Answer, Checkout, Difference, differences
 from benchmarks.commands_compared import COMMANDS, Run, imports, runs_of
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
+from benchmarks.problems import file_of
 from shakedown import Problem
 from shakedown.files.atomic_write import atomic_write
 from shakedown.report.facts import table
@@ -119,7 +119,7 @@ def chosen_joints(count: int, seed: int, names: str | None) -> Joints:
         runs += dict.fromkeys(chain.from_iterable(turns))
     for name in filter(chosen.__contains__, drawn):
         runs += runs_of(name, f"{name}.npz", drawn[name], int(name.rpartition("-")[2]))
-        files[f"{name}.npz"] = _file(drawn[name])
+        files[f"{name}.npz"] = file_of(drawn[name])
     return Joints(runs, files)
 
 
@@ -131,12 +131,6 @@ def _drawn(count: int, seed: int) -> dict[str, Problem]:
         if number % 2:
             drawn[f"space-{number // 2}"] = drawn_joint_in_space(seed, number // 2)
     return drawn
-
-
-def _file(problem: Problem) -> bytes:
-    with TemporaryDirectory() as folder:
-        shakedown.save_problem(Path(folder) / "joint.npz", problem)
-        return (Path(folder) / "joint.npz").read_bytes()
 
 
 def _checksum(file: bytes) -> str:

@@ -103,9 +103,9 @@ def _stick(joint: Problem, rings: int, shear: FloatArray) -> float:
     return float(np.sqrt(max(2.5 * (spare @ square) / spare.sum(), 0.0)))
 
 
-def mean(row: dict, key: str, direction: int = 0) -> float:
-    """Root mean square over the amplitudes."""
-    return float(np.sqrt(np.mean(np.square(row[key][direction]))))
+def mean(row: dict, key: str) -> float:
+    """Root mean square over the amplitudes, in the first direction."""
+    return float(np.sqrt(np.mean(np.square(row[key][0]))))
 
 
 def spread(row: dict, key: str) -> float:
@@ -113,10 +113,10 @@ def spread(row: dict, key: str) -> float:
     return float(np.ptp(row[key], axis=0).max())
 
 
-def order(rows: list[dict], key: str, direction: int = 0) -> float:
+def order(rows: list[dict], key: str) -> float:
     """Slope of the error over the mean width of the rings, fitted."""
     width = [np.log(1 / (row["rings"] + 0.5)) for row in rows]
-    return float(np.polyfit(width, [np.log(mean(row, key, direction)) for row in rows], 1)[0])
+    return float(np.polyfit(width, [np.log(mean(row, key)) for row in rows], 1)[0])
 
 
 def tables(rows: list[dict]) -> str:

@@ -19,6 +19,7 @@ import numpy as np
 
 from benchmarks import siconos_peer
 from benchmarks.display import lines
+from benchmarks.implicit_steps import ImplicitSteps
 from benchmarks.rational_path import NoPath, one_step_holds, rational_path
 from benchmarks.stability_scenes import FAMILIES, Scene
 from shakedown import Problem
@@ -26,7 +27,6 @@ from shakedown.ground.constants import FloatArray
 from shakedown.motion.checked_law import scales
 from shakedown.motion.course import EventKind
 from shakedown.motion.evolution import Evolution, evolve
-from shakedown.motion.fixed_steps import MOST_SWEEPS, contact_nodes, load_steps, places_by_node
 
 TITLE = "Hard cases of time integration: error against the path in rational arithmetic"
 METHODS = {
@@ -40,8 +40,6 @@ METHODS = {
 RIGHT, ULPS = 1e-9, 100.0
 SHOWN = 64  # cycles at the end of a long run on which its error is measured
 VERDICTS = ("right", "round-off", "long step", "off", "says so")
-
-
 Path = tuple[FloatArray, str]  # slips (s, n) after the last load steps of a run, and what it said
 
 
@@ -156,20 +154,12 @@ def _event_long(hard: Scene) -> Path:
 
 def _gauss_seidel(hard: Scene, tolerance: float) -> Path:
     problem, size = hard.problem, scales(hard.problem, 1.0)
-    layout, at = problem.layout, places_by_node(problem.layout)
-    nodes = contact_nodes(layout, problem.kappa, problem.f, True, size.force)
     q_w, p_w = (np.tile(part, (hard.cycles, 1)) for part in (problem.q_w, problem.p_w))
-    loads, slip = layout.joined(q_w, p_w)[:, at].copy(), np.zeros_like(q_w)
-    found, path = np.zeros_like(loads), np.zeros_like(loads)
-
-    u = layout.joined(hard.start.astype(float), np.zeros(problem.n))[at]
-    *_, step, node = load_steps(nodes, loads, u, tolerance * size.length, MOST_SWEEPS, found, slip)
-    said = ""
-    if step >= 0:
-        what = f"no state of node {node}" if node >= 0 else f"not converged in {MOST_SWEEPS} sweeps"
-        said = f"{what} at load step {step}"
-    path[:, at] = found
-    return layout.split(path)[0][-SHOWN * problem.m :], said
+    steps = ImplicitSteps(problem.kappa, problem.f, 1, size.force, tolerance * size.length)
+    begun = (np.vstack([part[:1], part]) for part in (q_w, p_w))
+    slips = steps.follow(hard.start.astype(float), np.zeros(problem.n), *begun).v
+    said = "" if len(slips) == len(q_w) else f"not solved at load step {len(slips)}"
+    return slips[-SHOWN * problem.m :], said
 
 
 def _siconos(hard: Scene, solver: str) -> Path:

@@ -42,8 +42,8 @@ def joint(A: ArrayLike, B: ArrayLike, C: ArrayLike, f: ArrayLike, q_w: ArrayLike
     return Problem(A=A, B=B, C=C, f=f, q_w=q_w, p_w=p_w, q_mean=np.zeros(n), p_mean=np.zeros(n))
 
 
-def one_node(f: float, q_w: ArrayLike, p_w: ArrayLike, unit: float = 1.0) -> Problem:
-    return joint([[unit]], [[0.5 * unit]], [[2.0 * unit]], f, q_w, p_w)
+def one_node(f: float, q_w: ArrayLike, p_w: ArrayLike) -> Problem:
+    return joint([[1.0]], [[0.5]], [[2.0]], f, q_w, p_w)
 
 
 def at_rest(problem: Problem) -> Scene:

@@ -21,11 +21,9 @@ def in_turn(*functions: Callable[[], Any], runs: int = 3) -> tuple[tuple[float, 
         return _medians(functions, time.process_time, LEAST, runs)
 
 
-def median_time(
-    function: Callable[[], Any], *, least: float | None = None, runs: int = 3
-) -> tuple[float, Any]:
+def median_time(function: Callable[[], Any], *, runs: int = 3) -> tuple[float, Any]:
     """Median time of one call [s] on the clock, and the last result."""
-    return _medians((function,), time.perf_counter, LEAST if least is None else least, runs)[0]
+    return _medians((function,), time.perf_counter, LEAST, runs)[0]
 
 
 def _medians(

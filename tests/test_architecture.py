@@ -54,7 +54,6 @@ INSIDE = {  # what commands and studies reach for beside public names: checks of
     ("benchmarks.creep", "shakedown.assessment.creep_limit"),
     ("benchmarks.creep", "shakedown.long_term.creep_proofs"),
     ("benchmarks.stability", "shakedown.motion.course"),
-    ("benchmarks.stability", "shakedown.motion.fixed_steps"),
     ("benchmarks.calculix_cycles", "shakedown.models.readers.formats"),
     ("benchmarks.calculix_cycles", "shakedown.models.readers.stiffness"),
     ("benchmarks.enumeration", "shakedown.bounds.intersection"),

@@ -18,6 +18,8 @@ HEIGHTS, HALVES = (0.0, 6.0, 14.0, 18.0, 70.0), (12.0, 12.0, 6.0, 6.0, 2.5)  # [
 DEPTH, OUTER, ROOM = 40.0, 26.0, 0.5  # length of the slot; half of the disc's piece; beside the flanks [mm]
 YOUNG, DENSITY, RADIUS = 210e3, 7.85e-9, 300.0  # [N/mm²], [t/mm³], of the root from the shaft [mm]
 LAYERS = (2, 1, 6)  # elements below the flanks, above them within the slot, along the blade
+SPEED = 8000.0  # of the rotor [1/min]; the acceleration is taken at the root, all over the blade
+OVERSPEED = 1.1  # largest speed before the vibration begins, in units of SPEED
 SPIN = 8  # load steps from rest to the overspeed, and half as many from there to the speed
 ACROSS, POST = 6, 4  # through the root, through each post of the disc
 
@@ -25,21 +27,14 @@ ACROSS, POST = 6, 4  # through the root, through each post of the disc
 def blade_root(
     # along a flank, and along the slot. There are 2 (flank + 1) (slot + 1) node pairs, 234 by default
     elements: tuple[int, int] = (8, 12),
-    *,
-    f: float = 0.3,  # friction coefficient [–]
-    # of the rotor [1/min]; the acceleration is taken at the root, all over the blade
-    speed: float = 8000.0,
-    overspeed: float = 1.1,  # largest speed before the vibration begins, in units of ``speed``, >= 1 [–]
-    bending: float = 200.0,  # amplitude of the force at the tip at λ = 1 [N]
-    twist: float = 4e3,  # amplitude of the moment at the tip at λ = 1 [N mm]
     steps: int = 24,  # load steps of one period
 ) -> Problem:
     """A blade whose dovetail root is pulled onto both flanks of its slot by its own weight in rotation.
 
     The flanks lean by 37° from the radius. The pull is the mean load, the vibration of the blade the cyclic
-    one: a force at its tip across the slot, bending · sin t, and a moment about the radius, twist · sin 2t.
-    The flanks carry the blade; along the slot friction alone holds it. The disc is held at its sides and
-    below. Steel. Slips are those of the root relative to the disc, the first along the slot.
+    one: a force at its tip across the slot, 200 N · sin t, and a moment about the radius, 4 N m · sin 2t.
+    The flanks carry the blade; along the slot friction alone holds it, f = 0.3. The disc is held at its sides
+    and below. Steel. Slips are those of the root relative to the disc, the first along the slot.
 
     The root slips out along both flanks until they carry it. ``initial_slip`` is the state after the rotor
     has once run faster than it does: slip zero, the welded joint, has tension at the inner ends of both.
@@ -52,14 +47,14 @@ def blade_root(
     """
     flank, slot = elements
     steel = Material(YOUNG, 0.3)
-    weight = DENSITY * (2 * np.pi * speed / 60) ** 2 * RADIUS
+    weight = DENSITY * (2 * np.pi * SPEED / 60) ** 2 * RADIUS
     second_moment = 2 * HALVES[-1] * DEPTH**3 / 12
     loads = [
         BodyForce((0.0, weight, 0.0), history=1.0),
-        Force("tip", (bending, 0.0, 0.0), history=lambda t: np.sin(2 * np.pi * t)),
+        Force("tip", (200.0, 0.0, 0.0), history=lambda t: np.sin(2 * np.pi * t)),
         Traction(
             "tip",
-            (lambda x: twist / second_moment * (x[2] - 0.5 * DEPTH), 0.0, 0.0),
+            (lambda x: 4e3 / second_moment * (x[2] - 0.5 * DEPTH), 0.0, 0.0),
             history=lambda t: np.sin(4 * np.pi * t),
         ),
     ]
@@ -68,19 +63,19 @@ def blade_root(
     joint = contact_problem(
         blade,
         "flanks",
-        f,
+        0.3,
         against=(disc, "flanks"),
         tangent=(0.0, 0.0, 1.0),
         steps=steps,
         name="dovetail root of a blade",
         units="N, mm",
     )
-    return replace(joint, initial_slip=_spun(joint, overspeed**2))
+    return replace(joint, initial_slip=_spun(joint))
 
 
-def _spun(joint: Problem, most: float) -> FloatArray:
-    """The slips once the mean load has risen from nothing to ``most`` times itself, and fallen to itself."""
-    q, p = loading(joint).at(0.0)
+def _spun(joint: Problem) -> FloatArray:
+    """The slips once the mean load has risen from nothing to that at the overspeed, and fallen to itself."""
+    (q, p), most = loading(joint).at(0.0), OVERSPEED**2
     up = most * np.arange(SPIN + 1) / SPIN
     factors = np.concatenate([up, np.linspace(most, 1.0, SPIN // 2 + 1)[1:]])[:, None]
     steps = ImplicitSteps(joint.kappa, joint.f, 2, float(np.abs(p[0]).max()))

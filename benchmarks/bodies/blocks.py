@@ -18,12 +18,11 @@ def receding_block(
     refinement: int = 2,
     *,
     symmetric: bool = False,  # take the right half only; the node on the plane of symmetry does not slip
-    f: float = 0.35,  # friction coefficient [–]
     unloading: float = 1 / 3,  # lowest pressure of a cycle, relative to p_max [–]
     steps: int = 2,  # load steps of one cycle, an even number; straight lines between
     first_loading: int = 1,  # load steps from no load to p_max
 ) -> Problem:
-    """The receding contact of thesis chapter III: a block h × 4h on a rigid plane, ν = 0.3.
+    """The receding contact of thesis chapter III: a block h × 4h on a rigid plane, f = 0.35, ν = 0.3.
 
     A pressure on the central strip 2h of the top rises to p_max (transient load
     steps), then cycles between p_max and ``unloading`` · p_max. Nothing but the
@@ -56,30 +55,23 @@ def receding_block(
         loads=[press],
     )
     name = f"receding block (chapter III){', right half' if symmetric else ''}"
-    return contact_problem(body, "bottom", f, name=name, units="h, p_max")
+    return contact_problem(body, "bottom", 0.35, name=name, units="h, p_max")
 
 
 def cantilevered_block(
     # multiplies the elements of both directions; the contact has 8 · refinement + 1 nodes (the thesis:
     # nine)
     refinement: int = 1,
-    *,
-    angle: float = np.pi / 3,  # of the plane to the horizontal [rad], 0 < angle ≤ π/2
-    # where the pressure acts on the top, from the fixed end [h]; its ends are moved to the nearest nodes
-    strip: tuple[float, float] = (2.0, 2.5),
-    f: float = 0.4,  # friction coefficient [–]
-    steps: int = 40,  # load steps of one period
 ) -> Problem:
     """The cantilevered block of thesis chapter V: h × 4.5h, one end fixed, the other on a slanted plane.
 
-    A pressure 5000 + 1000 cos 10π(t + 0.1) [N/m²] acts on a small strip of the top;
-    E = 200 GPa, ν = 0.3, h = 1 m, plane strain. One period is 0.2 s.
+    A pressure 5000 + 1000 cos 10π(t + 0.1) [N/m²] acts on a small strip of the top, from 2 h to
+    2.5 h; E = 200 GPa, ν = 0.3, f = 0.4, h = 1 m, plane strain. One period is 0.2 s, in 40 load steps.
 
     The thesis states neither the angle nor the strip nor the mesh. Here the free
-    end is cut so that it rests on a plane at ``angle`` to the horizontal, about
-    the middle of its height; bilinear elements, eight across the height. With the
-    default angle and strip λ_max = 1.178, the smallest positive of the 43,758
-    critical values 0.0003 (thesis, with its own: 1.0821, 0.0013).
+    end is cut so that it rests on a plane at 60° to the horizontal, about the middle
+    of its height; bilinear elements, eight across the height. λ_max = 1.178, the smallest
+    positive of the 43,758 critical values 0.0003 (thesis, with its own: 1.0821, 0.0013).
 
     Examples
     --------
@@ -88,16 +80,16 @@ def cantilevered_block(
     """
     block = block_mesh(4.5, 1.0, 36 * refinement, 8 * refinement)
     x, y = block.p
-    slanted = np.vstack([x * (1 + (y - 0.5) / np.tan(angle) / 4.5), y])
+    slanted = np.vstack([x * (1 + (y - 0.5) / np.tan(np.pi / 3) / 4.5), y])
     mesh = replace(block, doflocs=np.ascontiguousarray(slanted)).with_boundaries(
-        {"strip": lambda p: (p[1] > 1 - 1e-9) & (p[0] > strip[0]) & (p[0] < strip[1])}
+        {"strip": lambda p: (p[1] > 1 - 1e-9) & (p[0] > 2.0) & (p[0] < 2.5)}
     )
     press = Pressure(
         boundary="strip", value=1.0, history=lambda t: 5000 + 1000 * np.cos(2 * np.pi * t + np.pi)
     )
     body = ElasticBody(mesh, Material(200e9, 0.3), supports=[Support("left")], loads=[press])
     return contact_problem(
-        body, "right", f, steps=steps, name="slanted cantilevered block (chapter V)", units="N, m"
+        body, "right", 0.4, steps=40, name="slanted cantilevered block (chapter V)", units="N, m"
     )
 
 

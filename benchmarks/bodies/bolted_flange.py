@@ -23,19 +23,14 @@ def bolted_flange(
     # around the hole (a multiple of 8), across the ring of contact, over the thickness of a flange. There
     # are around · (across + 1) node pairs, 168 by default
     elements: tuple[int, int, int] = (24, 6, 5),
-    *,
-    f: float = 0.3,  # friction coefficient [–]
-    preload: float = 150e3,  # of the bolt [N]
-    pull: float = 2e3,  # pull, shear: amplitudes along the pipe and along its circumference at λ = 1 [N]
-    shear: float = 4e3,
     steps: int = 24,  # load steps of one period
 ) -> Problem:
     """One of thirty sectors of a pair of ring flanges, held together by its bolt on a ring around the hole.
 
-    The wall of the pipe, outside the circle of bolts, is pulled and pressed as a pipe in bending does,
-    pull · cos t, and sheared along the circumference as in torsion, shear · sin t. The lower pipe is held,
-    the sides of the sector are free, as in a test of a segment. An M24 with 150 kN; steel. Slips are those of
-    the upper flange relative to the lower one, along the radius through the bolt and across it.
+    The wall of the pipe, outside the circle of bolts, is pulled and pressed as a pipe in bending does, by
+    2 kN · cos t, and sheared along the circumference as in torsion, by 4 kN · sin t. The lower pipe is held,
+    the sides of the sector are free, as in a test of a segment. An M24 with 150 kN; steel, f = 0.3. Slips
+    are those of the upper flange relative to the lower one, along the radius through the bolt and across it.
 
     Examples
     --------
@@ -45,8 +40,8 @@ def bolted_flange(
     """
     steel = Material(YOUNG, 0.3)
     loads = [
-        Force("end", (0.0, 0.0, pull), history=lambda t: np.cos(2 * np.pi * t)),
-        Force("end", (0.0, shear, 0.0), history=lambda t: np.sin(2 * np.pi * t)),
+        Force("end", (0.0, 0.0, 2e3), history=lambda t: np.cos(2 * np.pi * t)),
+        Force("end", (0.0, 4e3, 0.0), history=lambda t: np.sin(2 * np.pi * t)),
     ]
     upper = ElasticBody(_flange(elements, 1.0), steel, loads=loads)
     lower = ElasticBody(_flange(elements, -1.0), steel, supports=[Support("end")])
@@ -54,9 +49,9 @@ def bolted_flange(
     return contact_problem(
         upper,
         "ring",
-        f,
+        0.3,
         against=(lower, "ring"),
-        bolts=[Bolt(head="washer", nut="washer", preload=preload, stiffness=stiffness)],
+        bolts=[Bolt(head="washer", nut="washer", preload=150e3, stiffness=stiffness)],
         tangent=(1.0, 0.0, 0.0),
         steps=steps,
         name="sector of a bolted flange",

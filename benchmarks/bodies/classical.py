@@ -10,23 +10,19 @@ from shakedown import Problem
 from shakedown.fem import Displacement, ElasticBody, Material, Support, Traction, block_mesh, contact_problem
 from shakedown.ground.constants import FloatArray
 
-HOLE, FIT, OUTSIDE = 0.4, 1.0, 2.0  # radii of the press fit [length]
+HOLE, FIT, OUTSIDE = 0.4, 1.0, 2.0  # radii of the press fit [mm]
+YOUNG, POISSON = 200e3, 0.3  # of the press fit [MPa]; of all bodies [–]
 
 
 def press_fit(
     refinement: int = 1,  # multiplies the elements; the contact has 8 · refinement + 1 nodes
     *,
-    interference: float = 1e-3,  # radial interference [length]
-    f: float = 0.2,  # friction coefficient [–]
-    steps: int = 24,  # load steps of one period
-    young: float = 200e3,  # young, poisson: of both bodies [force/length²], [–]
-    poisson: float = 0.3,
-    pull: float = 60.0,  # amplitude of the traction [force/length²]
+    interference: float = 1e-3,  # radial interference [mm]
 ) -> Problem:
-    """A hollow shaft pressed into a hub, pulled to and fro: one quarter, plane strain.
+    """A hollow shaft pressed into a hub, pulled to and fro: one quarter, plane strain, f = 0.2.
 
-    Radii 0.4, 1 and 2; the shaft is larger than the bore by ``interference`` (on the
-    radius). Tractions ±``pull`` · (cos θ, 0) on the outside of the hub ovalise it; the
+    Radii 0.4, 1 and 2 mm; the shaft is larger than the bore by ``interference`` (on the
+    radius). Tractions ±60 MPa · (cos θ, 0) on the outside of the hub ovalise it; the
     pressure of the fit alone is that of Lamé (:func:`press_fit_pressure`).
 
     Examples
@@ -34,28 +30,28 @@ def press_fit(
     >>> press_fit().n
     9
     """
-    material, along = Material(young, poisson), 8 * refinement
+    material, along = Material(YOUNG, POISSON), 8 * refinement
     traction = Traction(
         "outside",
         (lambda x: x[0] / np.hypot(x[0], x[1]), 0.0),
-        history=lambda t: pull * np.cos(2 * np.pi * t),
+        history=lambda t: 60.0 * np.cos(2 * np.pi * t),
     )
     planes = [Support("floor", x=False, y=True), Support("wall", x=True, y=False)]
     shaft = ElasticBody(_ring(HOLE, FIT, 4 * refinement, along), material, supports=planes)
     hub = ElasticBody(_ring(FIT, OUTSIDE, 6 * refinement, along), material, supports=planes, loads=[traction])
     return contact_problem(
-        shaft, "outside", f, against=(hub, "inside"), gap=-interference, steps=steps,
+        shaft, "outside", 0.2, against=(hub, "inside"), gap=-interference, steps=24,
         name="press fit, one quarter", units="N, mm",
     )  # fmt: skip
 
 
-def press_fit_pressure(interference: float, young: float = 200e3, poisson: float = 0.3) -> float:
-    """Lamé's pressure between the shaft and the hub of :func:`press_fit` [force/length²].
+def press_fit_pressure(interference: float) -> float:
+    """Lamé's pressure between the shaft and the hub of :func:`press_fit` [MPa].
 
     Both expand by p a / E′ (k ± ν′) with E′ = E/(1 − ν²), ν′ = ν/(1 − ν) in plane strain;
     the two expansions make up the interference.
     """
-    plane = young / (1 - poisson**2)
+    plane = YOUNG / (1 - POISSON**2)
     hub = (OUTSIDE**2 + FIT**2) / (OUTSIDE**2 - FIT**2)
     shaft = (FIT**2 + HOLE**2) / (FIT**2 - HOLE**2)
     return interference * plane / (FIT * (hub + shaft))
@@ -76,20 +72,16 @@ def _ring(inside: float, outside: float, across: int, along: int) -> MeshQuad:
     )
 
 
-RADIUS = 20.0  # of the cylinder
+RADIUS, APPROACH = 20.0, 0.105  # of the cylinder [length]
 CANDIDATE, FAR = 1.5, 100.0  # half-widths of the candidate contact, of the bodies
 
 
 def cylinder_on_flat(
     refinement: int = 1,  # multiplies the elements in the contact, 12 · refinement of them
     *,
-    # approach, shift: displacements of the far side [length]; the half-width of the contact is about 1
-    approach: float = 0.105,
-    shift: float = 0.028,
+    shift: float = 0.028,  # displacement of the far side [length]; the half-width of the contact is about 1
     f: float = 0.3,  # friction coefficient [–]
-    steps: int = 24,  # steps, first_loading: load steps of one period, and before it
-    first_loading: int = 12,
-    poisson: float = 0.3,  # of both bodies [–]
+    steps: int = 24,  # load steps of one period
     # swing, phase: the approach varies by this share, as sin 2π(t + phase), t in periods [–]
     swing: float = 0.0,
     phase: float = 0.0,
@@ -97,9 +89,9 @@ def cylinder_on_flat(
     """A cylinder pressed onto a flat, then moved to and fro along it; similar materials, plane strain.
 
     Both bodies are blocks, many times wider than the contact, with the initial gap
-    x²/2R between them (Hertz). The far side of the upper one comes nearer by
-    ``approach`` in ``first_loading`` transient load steps, then moves sideways by
-    ``shift`` · sin over the period. Young's modulus is 1.
+    x²/2R between them (Hertz). The far side of the upper one comes nearer in twelve
+    transient load steps, then moves sideways by ``shift`` · sin over the period.
+    Young's modulus is 1.
 
     Examples
     --------
@@ -112,12 +104,12 @@ def cylinder_on_flat(
     )
     pressed = 1 + swing * np.sin(2 * np.pi * phase)
     loads = [
-        Displacement("far", x=0.0, y=-approach, history=lambda t: 1 + swing * np.sin(2 * np.pi * (t + phase)),
-                     transient=pressed * np.arange(1, first_loading + 1) / first_loading),
+        Displacement("far", x=0.0, y=-APPROACH, history=lambda t: 1 + swing * np.sin(2 * np.pi * (t + phase)),
+                     transient=pressed * np.arange(1, 13) / 12),
         Displacement("far", x=shift, y=0.0, history=lambda t: np.sin(2 * np.pi * t),
-                     transient=np.zeros(first_loading)),
+                     transient=np.zeros(12)),
     ]  # fmt: skip
-    material = Material(1.0, poisson)
+    material = Material(1.0, POISSON)
     upper = ElasticBody(_half_plane(across, depth), material, loads=loads)
     lower = ElasticBody(_half_plane(across, -depth[::-1]), material, supports=[Support("far")])
     return contact_problem(
@@ -162,8 +154,8 @@ class Hertz(NamedTuple):
         return f * (self.pressure(x) - self.peak * self.stick / self.half_width * inner)
 
 
-def hertz(normal: float, shear: float = 0.0, f: float = 0.3, poisson: float = 0.3) -> Hertz:
+def hertz(normal: float, shear: float = 0.0, f: float = 0.3) -> Hertz:
     """The classical solution for :func:`cylinder_on_flat`, E* = E / 2(1 − ν²)."""
-    modulus = 1.0 / (2 * (1 - poisson**2))
+    modulus = 1.0 / (2 * (1 - POISSON**2))
     a = float(np.sqrt(4 * normal * RADIUS / (np.pi * modulus)))
     return Hertz(a, 2 * normal / (np.pi * a), a * float(np.sqrt(max(1 - shear / (f * normal), 0.0))))

@@ -23,10 +23,6 @@ def lap_joint(
     # height. There are (along + 1) (across + 1) node pairs on a flat lap, 105 with the default pads
     elements: tuple[int, int, int] = (24, 6, 3),
     *,
-    f: float = 0.5,  # friction coefficient [–]
-    preload: float = 12e3,  # of every bolt [N]
-    # amplitudes P_y and P_z of the load at the right end at λ = 1 [N]
-    tip: tuple[float, float] = (10.0, 10.0),
     reach: float = 10.0,  # how far a pad goes from the axis of its bolt, along the beam [mm]
     # how far a rectangular washer goes from the axis, along the beam and across it [mm], to lines of the
     # mesh. By default washers are round, and stepped: another patch on every mesh
@@ -35,11 +31,11 @@ def lap_joint(
 ) -> Problem:
     """Two half beams, 720 × 25.4 × 25.4 mm in all, that lap over 120 mm under three bolts of 12 kN.
 
-    The left end is held; the load at the right one turns about the beam's axis, (0, P_y cos t, P_z sin t), so
-    that the lap is bent in both planes, a quarter of a period apart. Steel. Bolts pull patches of about the
-    area of a washer together, through shanks of 8 mm, by which a tenth of the preload is lost; there are no
-    holes. By default the half beams touch on three pads below the bolts, where
-    the preload keeps all pairs closed; of a flat lap (``reach=math.inf``) the ends and edges open.
+    The left end is held; the load at the right one turns about the beam's axis, 10 N · (0, cos t, sin t), so
+    that the lap is bent in both planes, a quarter of a period apart. Steel, f = 0.5. Bolts pull patches of
+    about the area of a washer together, through shanks of 8 mm, by which a tenth of the preload is lost;
+    there are no holes. By default the half beams touch on three pads below the bolts, where the preload keeps
+    all pairs closed; of a flat lap (``reach=math.inf``) the ends and edges open.
     Slips are those of the left half beam relative to the right one, along and across the beam.
 
     Examples
@@ -56,8 +52,8 @@ def lap_joint(
         supports=[Support("clamp")],
     )
     loads = [
-        Force("tip", (0.0, tip[0], 0.0), history=lambda t: np.cos(2 * np.pi * t)),
-        Force("tip", (0.0, 0.0, tip[1]), history=lambda t: np.sin(2 * np.pi * t)),
+        Force("tip", (0.0, 10.0, 0.0), history=lambda t: np.cos(2 * np.pi * t)),
+        Force("tip", (0.0, 0.0, 10.0), history=lambda t: np.sin(2 * np.pi * t)),
     ]
     right = ElasticBody(
         _half(elements, reach, washer, lambda x: (x[0] > second) | (x[2] < 0.5 * HEIGHT), (first, LENGTH)),
@@ -66,13 +62,13 @@ def lap_joint(
     )
     stiffness = YOUNG * 0.25 * np.pi * SHANK**2 / HEIGHT
     bolts = [
-        Bolt(head=f"washer {k}", nut=f"washer {k}", preload=preload, stiffness=stiffness)
+        Bolt(head=f"washer {k}", nut=f"washer {k}", preload=12e3, stiffness=stiffness)
         for k in range(1, len(BOLTS) + 1)
     ]
     return contact_problem(
         left,
         "lap",
-        f,
+        0.5,
         against=(right, "lap"),
         bolts=bolts,
         tangent=(1.0, 0.0, 0.0),
