@@ -35,7 +35,6 @@ from shakedown.motion.space.space_run import (
     SpaceRates,
     SpaceRun,
     Step,
-    StepControl,
 )
 from shakedown.motion.space.speeds import MOST_EXCHANGES, arrange, compute_out, move
 
@@ -59,11 +58,11 @@ def follow_curve(run: SpaceRun, effort: int) -> int:
     NO_RATES and the state has jumped, it can be entered again. Between two load steps it pauses, too, where
     the matrix of ``joint`` is to be made afresh.
     """
-    joint, course, mo, ct, rec = run.joint, run.course, run.motion, run.control, run.record
-    ct.effort, ct.allowed, rec.rows, status = 0, effort, 0, LoopEnd.DONE
+    joint, course, mo, st, rec = run.joint, run.course, run.motion, run.step, run.record
+    st.effort, st.allowed, rec.rows, status = 0, effort, 0, LoopEnd.DONE
     while mo.step < course.steps and status == LoopEnd.DONE:
         status = load_step(run)
-        wait = ct.effort > ct.allowed or joint.exchanges > MOST_EXCHANGES
+        wait = st.effort > st.allowed or joint.exchanges > MOST_EXCHANGES
         if status == LoopEnd.DONE and mo.step < course.steps and wait:
             status = LoopEnd.PAUSED
     if mo.step == course.steps:
@@ -74,7 +73,7 @@ def follow_curve(run: SpaceRun, effort: int) -> int:
 @inner
 def load_step(run: SpaceRun) -> int:
     """Carry the state from event to event to the end of its load step."""
-    joint, course, mo, rates, ct = run.joint, run.course, run.motion, run.rates, run.control
+    joint, course, mo, rates, st = run.joint, run.course, run.motion, run.rates, run.step
     N, status = 3 * joint.n, LoopEnd.AT_EVENT
     for k in range(N):
         rates.welded[k] = course.path[(mo.step + 1) * N + k] - course.path[mo.step * N + k]
@@ -93,7 +92,7 @@ def load_step(run: SpaceRun) -> int:
                 return status
         status = smooth_path(run)
         mo.under_way = status in (LoopEnd.PAUSED, LoopEnd.RECORD_FULL)
-        if status == LoopEnd.AT_EVENT and ct.effort > ct.allowed:
+        if status == LoopEnd.AT_EVENT and st.effort > st.allowed:
             return LoopEnd.PAUSED
     if status == LoopEnd.DONE:
         mo.step, mo.time, mo.events_in_step, mo.entered = mo.step + 1, 0.0, 0, False
@@ -104,7 +103,7 @@ def load_step(run: SpaceRun) -> int:
 @inner
 def begin_path(run: SpaceRun) -> int:
     """Choose the rates with which the path goes on: AT_EVENT, or why it does not."""
-    joint, course, mo, rates, ct = run.joint, run.course, run.motion, run.rates, run.control
+    joint, course, mo, rates, st = run.joint, run.course, run.motion, run.rates, run.step
     if mo.events_in_step > 1000 + 200 * joint.n:
         return LoopEnd.TOO_MANY_EVENTS
     found = choose_rates(run)
@@ -114,7 +113,7 @@ def begin_path(run: SpaceRun) -> int:
         return LoopEnd.LIFTS_OFF
     if not found:
         return LoopEnd.NO_RATES
-    ct.apex_ahead = np.inf
+    st.apex_ahead = np.inf
     return LoopEnd.AT_EVENT
 
 
@@ -130,7 +129,7 @@ def leaving_node(joint: CompiledJoint, mo: SpaceMotion, rates: SpaceRates, found
 @inner
 def smooth_path(run: SpaceRun) -> int:
     """Follow the smooth path to the next event or the end of the load step."""
-    course, mo, sp, st, ct, rec = run.course, run.motion, run.slipping, run.step, run.control, run.record
+    course, mo, sp, st, rec = run.course, run.motion, run.slipping, run.step, run.record
     while mo.time < 1.0:
         if rec.capacity > 0 and rec.rows == rec.capacity:
             return LoopEnd.RECORD_FULL
@@ -138,18 +137,18 @@ def smooth_path(run: SpaceRun) -> int:
         h = choose_step(run, rest)
         error = take_step(run, h)
         better = better_error(sp, st, error)
-        used = max(better / allowed_error(course, ct, h), error / (ct.accuracy * ct.length_scale))
+        used = max(better / allowed_error(course, st, h), error / (st.accuracy * st.length_scale))
         if not 0.0 <= used <= 1.0:
             shorten(run, h, used)
-            if not ct.h > ROUND_OFF:  # no step is short enough, so there are no rates
+            if not st.h > ROUND_OFF:  # no step is short enough, so there are no rates
                 return LoopEnd.NO_RATES
             continue
         share, node, kind = first_event(run, h)
         # share of a step from which on its polynomial is as accurate as its end
-        if share * h > ROUND_OFF and share < 0.9 and error > allowed_error(course, ct, share * h):
-            try_next(st, ct, min(BEYOND * share, SHORTER) * h)
+        if share * h > ROUND_OFF and share < 0.9 and error > allowed_error(course, st, share * h):
+            try_next(st, min(BEYOND * share, SHORTER) * h)
             continue
-        lengthen(st, ct, h, used)
+        lengthen(st, h, used)
         if share < NEVER:
             meet_event(run, share, h, error, node, kind)
             return LoopEnd.AT_EVENT
@@ -158,7 +157,7 @@ def smooth_path(run: SpaceRun) -> int:
             mo.time = 1.0
         keep_rates(sp, st)
         mo.kind, mo.node = EventKind.CURVES, -1
-        if ct.effort > ct.allowed and mo.time < 1.0:
+        if st.effort > st.allowed and mo.time < 1.0:
             return LoopEnd.PAUSED
     return LoopEnd.DONE
 
@@ -166,38 +165,38 @@ def smooth_path(run: SpaceRun) -> int:
 @inner
 def shorten(run: SpaceRun, h: float, used: float) -> None:
     """Reduce the step after one with a given share of the allowed error, or one that failed."""
-    joint, course, rates, sp, st, ct = run.joint, run.course, run.rates, run.slipping, run.step, run.control
-    try_next(st, ct, h * (max(LEAST, min(SAFETY, SAFETY * used**-ORDER)) if used > 0.0 else LEAST))
+    joint, course, rates, sp, st = run.joint, run.course, run.rates, run.slipping, run.step
+    try_next(st, h * (max(LEAST, min(SAFETY, SAFETY * used**-ORDER)) if used > 0.0 else LEAST))
     if st.method == RADAU:
-        ct.apex_ahead = HALF_WAY * min(h, time_to_apex(joint, course, rates, sp))
-        ct.wait = EXPLICIT_STEPS
+        st.apex_ahead = HALF_WAY * min(h, time_to_apex(joint, course, rates, sp))
+        st.wait = EXPLICIT_STEPS
 
 
 @inner
-def try_next(st: Step, ct: StepControl, h: float) -> None:
+def try_next(st: Step, h: float) -> None:
     """Choose the length of the next step by the method of the present one."""
     if st.method == RADAU:
-        ct.long = h
+        st.long = h
     else:
-        ct.h = h
+        st.h = h
 
 
 @inner
-def lengthen(st: Step, ct: StepControl, h: float, used: float) -> None:
+def lengthen(st: Step, h: float, used: float) -> None:
     """Choose the next step length after one with a given share of the allowed error."""
-    tried = ct.long if st.method == RADAU else ct.h
+    tried = st.long if st.method == RADAU else st.h
     longer = h * (min(MOST, max(LEAST, SAFETY * used**-ORDER)) if used > 0.0 else MOST)
     if h < 0.99 * tried:  # it has ended earlier for another reason
         longer = max(longer, tried)
-    try_next(st, ct, longer)
+    try_next(st, longer)
     if st.method == RADAU:
-        ct.wait = 0
+        st.wait = 0
     else:
-        ct.long = max(ct.long, ct.h)
-        if ct.wait > 0:
-            ct.wait -= 1
-            if ct.wait == 0:
-                ct.long = max(ct.long, 2.0 * GAIN * h)
+        st.long = max(st.long, st.h)
+        if st.wait > 0:
+            st.wait -= 1
+            if st.wait == 0:
+                st.long = max(st.long, 2.0 * GAIN * h)
 
 
 @inner
@@ -233,20 +232,20 @@ def choose_step(run: SpaceRun, rest: float) -> float:
     that is accurate enough, explicit ones come half the way. Elsewhere Radau's are tried now and then where
     directions turn fast, and go on as long as they are longer by what they cost.
     """
-    joint, course, rates, sp, st, ct = run.joint, run.course, run.rates, run.slipping, run.step, run.control
+    joint, course, rates, sp, st = run.joint, run.course, run.rates, run.slipping, run.step
     fastest, apex = 0.0, time_to_apex(joint, course, rates, sp)
     for a in range(sp.s):
         fastest = max(fastest, turning(sp, st, a, 0.0))
     event = expected(run)
-    h, far = next_length(sp, rest, ct.h, event), next_length(sp, rest, ct.long, event)
+    h, far = next_length(sp, rest, st.h, event), next_length(sp, rest, st.long, event)
     most = HALF_WAY * apex
     if fastest * SEVEN_DIGITS * rest < STABLE:  # even such fine steps may turn too far: errors limit them
         most = min(most, STABLE / fastest if fastest > 0.0 else np.inf)
     st.method = EXPLICIT
     short = min(h, most)
-    jumps = far > HALF_WAY * apex and apex < ct.apex_ahead
+    jumps = far > HALF_WAY * apex and apex < st.apex_ahead
     # rotation in an explicit step from which on such a step is tried
-    stiff = ct.wait == 0 and far > GAIN * short and short * fastest > 1.5
+    stiff = st.wait == 0 and far > GAIN * short and short * fastest > 1.5
     if jumps or stiff:
         st.method = RADAU
         return far
@@ -256,21 +255,21 @@ def choose_step(run: SpaceRun, rest: float) -> float:
 @inner
 def take_step(run: SpaceRun, h: float) -> float:
     """A step from the present state, and the outputs at its end: the error of the lower order, or FAILED."""
-    course, sp, st, ct = run.course, run.slipping, run.step, run.control
-    allowed = allowed_error(course, ct, h)
+    course, sp, st = run.course, run.slipping, run.step
+    allowed = allowed_error(course, st, h)
     error = turning_step(run, h, allowed) if st.method == RADAU else explicit_step(run, h)
     if error >= 0.0:
         end_of_step(run, h)
-    ct.taken += 1
-    ct.effort += 120 * sp.s * sp.s + 12 * st.n * sp.s + 500
+    st.taken += 1
+    st.effort += 120 * sp.s * sp.s + 12 * st.n * sp.s + 500
     return error
 
 
 @inner
-def allowed_error(course: Course, ct: StepControl, h: float) -> float:
+def allowed_error(course: Course, st: Step, h: float) -> float:
     """The error allowed for a step of this length [length]."""
     # share of the error of a passage that a step may use regardless of its length
-    return ct.accuracy * ct.length_scale * (h / course.steps + 0.002)
+    return st.accuracy * st.length_scale * (h / course.steps + 0.002)
 
 
 @inner
@@ -291,14 +290,14 @@ def meet_event(run: SpaceRun, share: float, far: float, error: float, i: int, ki
     On the polynomial, which there is accurate enough: everywhere, or as near its end as this.
     """
     joint, course, mo, rates = run.joint, run.course, run.motion, run.rates
-    sp, st, ct = run.slipping, run.step, run.control
+    sp, st = run.slipping, run.step
     h = share * far
     if h <= ROUND_OFF:
         stay(run)
     else:
         stop_within(course, mo, sp, st, far, share)
         end_of_step(run, h)
-        commit(run, h, share, error if error <= allowed_error(course, ct, h) else better_error(sp, st, error))
+        commit(run, h, share, error if error <= allowed_error(course, st, h) else better_error(sp, st, error))
     mo.kind, mo.node = kind, i
     pass_event(joint, mo, rates, i, kind)
 

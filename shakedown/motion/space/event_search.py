@@ -72,7 +72,7 @@ def distance_rate(run: SpaceRun, i: int, kind: int, out: FloatArray, rate: Float
 def near_event(run: SpaceRun, kind: int) -> float:
     """The distance from an event at which a node is there: a force, a length where a gap closes."""
     near = run.course.residual
-    return near * run.control.length_scale / run.control.force_scale if kind == EventKind.CLOSES else near
+    return near * run.step.length_scale / run.step.force_scale if kind == EventKind.CLOSES else near
 
 
 @inner

@@ -35,14 +35,14 @@ def slack(joint: CompiledJoint, mo: SpaceMotion, i: int) -> float:
 @inner
 def locate(run: SpaceRun) -> int:
     """Find the nodes at the apex and on their cones (``candidate``); how many are at the apex."""
-    joint, course, mo, rates, ct = run.joint, run.course, run.motion, run.rates, run.control
+    joint, course, mo, rates, st = run.joint, run.course, run.motion, run.rates, run.step
     n, near, count = joint.n, course.residual, 0
     for i in range(n):
         p, left = mo.out[2 * n + i], slack(joint, mo, i)
         rates.candidate[i], rates.apex[i], rates.before[i] = 0, 0, mo.contact[i]
         if mo.contact[i] == OPEN:
             rates.apex[i] = (
-                1 if p <= course.residual * ct.length_scale / ct.force_scale else 0
+                1 if p <= course.residual * st.length_scale / st.force_scale else 0
             )  # the gap of an open node
         elif joint.friction[i] == 0.0:
             rates.apex[i] = 1 if p <= near else 0
@@ -121,7 +121,7 @@ def find_all_rates(run: SpaceRun) -> bool:
     """Find rates with the nodes at the apex unchanged; False where there are none."""
     joint, course, mo, rates, sp, st = run.joint, run.course, run.motion, run.rates, run.slipping, run.step
     held = take_contact(joint, course, mo, rates) and choose_slipping(run)
-    run.control.effort += int(2 * BY_BLAS * sp.s * sp.s * sp.s) + 100
+    run.step.effort += int(2 * BY_BLAS * sp.s * sp.s * sp.s) + 100
     if not held:
         return False
     speeds.move(joint, sp, st.k, 0, rates.rate)

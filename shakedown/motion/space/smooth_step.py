@@ -29,7 +29,6 @@ from shakedown.motion.space.space_run import (
     SpaceMotion,
     SpaceRun,
     Step,
-    StepControl,
 )
 
 WEIGHTS = np.zeros((STAGES, STAGES))  # weights of earlier stages in each stage; the last row gives the end
@@ -76,7 +75,7 @@ def explicit_step(run: SpaceRun, h: float) -> float:
     The end lies on the cones. Near the apex an error counts for more than it is, so that one that is
     allowed leaves the reaction its direction. FAILED where the motion is not stable at a stage.
     """
-    course, mo, sp, st, ct = run.course, run.motion, run.slipping, run.step, run.control
+    course, mo, sp, st = run.course, run.motion, run.slipping, run.step
     s, row, k, k_q = sp.s, 2 * st.n, st.k, st.k_q
     for j in range(1, STAGES):
         for c in range(2 * s):
@@ -92,7 +91,7 @@ def explicit_step(run: SpaceRun, h: float) -> float:
                 st.slip[c] = h * total
             if return_to_cones(course, mo, sp, st, h) > course.residual:
                 return np.inf
-        if not speeds.find_rates(course, mo, sp, st, ct, st.stage_q, j):
+        if not speeds.find_rates(course, mo, sp, st, st.stage_q, j):
             return FAILED
     error = 0.0
     for a in range(s):
@@ -100,16 +99,16 @@ def explicit_step(run: SpaceRun, h: float) -> float:
         for i in range(STAGES):
             x += OF_ERROR[i] * k[i * row + 2 * a]
             y += OF_ERROR[i] * k[i * row + 2 * a + 1]
-        error = max(error, weighted(sp, ct, a, x, y))
+        error = max(error, weighted(sp, st, a, x, y))
     return h * np.sqrt(error)
 
 
 @inner
-def weighted(sp: Slipping, ct: StepControl, a: int, x: float, y: float) -> float:
+def weighted(sp: Slipping, st: Step, a: int, x: float, y: float) -> float:
     """The squared error of a node's rate of slip; in stiff directions that of its reaction counts."""
     at, row = 2 * a, 2 * sp.s + 1
     stiffness = max(sp.A[at * row], sp.A[(at + 1) * row])
-    weight = max(1.0, stiffness * ct.length_scale / ct.force_scale)
+    weight = max(1.0, stiffness * st.length_scale / st.force_scale)
     return (x * x + y * y) * weight * weight
 
 
@@ -327,7 +326,7 @@ def stage_reactions(sp: Slipping, st: Step, h: float) -> None:
 @inner
 def stage_rates(run: SpaceRun, m: int, count: int) -> float:
     """Rates at a stage, the fast nodes in their directions: the largest change, or FAILED."""
-    course, mo, sp, st, ct = run.course, run.motion, run.slipping, run.step, run.control
+    course, mo, sp, st = run.course, run.motion, run.slipping, run.step
     row = 2 * st.n
     for c in range(2 * sp.s):
         st.slip[c], st.stage_q[c] = st.k[(m + 1) * row + c], st.reactions[m * row + c]
@@ -335,7 +334,7 @@ def stage_rates(run: SpaceRun, m: int, count: int) -> float:
         sp.speed[a] = st.mu[(m + 1) * st.n + a]
     speeds.find_directions(course, mo, sp, st.stage_q)
     set_directions(sp, st, count, m)
-    if not speeds.rates_along(sp, st, ct, m + 1):
+    if not speeds.rates_along(sp, st, m + 1):
         return FAILED
     change = 0.0
     for c in range(2 * sp.s):
@@ -370,7 +369,7 @@ def solve_stages(run: SpaceRun, h: float, allowed: float, count: int) -> bool:
 @inner
 def turning_step(run: SpaceRun, h: float, allowed: float) -> float:
     """A step of this length from the packed state: estimate of its error [length], or infinite, or FAILED."""
-    course, mo, sp, st, ct = run.course, run.motion, run.slipping, run.step, run.control
+    course, mo, sp, st = run.course, run.motion, run.slipping, run.step
     s, n, row = sp.s, st.n, 2 * st.n
     count = find_fast(sp, st, h)
     begin_angles(course, sp, st, h, count)
@@ -392,13 +391,13 @@ def turning_step(run: SpaceRun, h: float, allowed: float) -> float:
     set_directions(sp, st, count, 2)
     for a in range(s):
         sp.speed[a] = st.mu[3 * n + a]
-    if not speeds.rates_along(sp, st, ct, STAGES - 1):
+    if not speeds.rates_along(sp, st, STAGES - 1):
         return FAILED
-    return estimate(sp, st, ct, h)
+    return estimate(sp, st, h)
 
 
 @inner
-def estimate(sp: Slipping, st: Step, ct: StepControl, h: float) -> float:
+def estimate(sp: Slipping, st: Step, h: float) -> float:
     """The error estimate, from the rates at the beginning and those extrapolated from the stages."""
     s, row, error = sp.s, 2 * st.n, 0.0
     for a in range(s):
@@ -406,5 +405,5 @@ def estimate(sp: Slipping, st: Step, ct: StepControl, h: float) -> float:
         for m in range(3):
             x -= BACK[m] * st.k[(m + 1) * row + 2 * a]
             y -= BACK[m] * st.k[(m + 1) * row + 2 * a + 1]
-        error = max(error, weighted(sp, ct, a, x, y))
+        error = max(error, weighted(sp, st, a, x, y))
     return OF_ESTIMATE * h * np.sqrt(error)

@@ -87,7 +87,7 @@ class DirectedJump(Relaxation):
         record = space_run.empty_curve_record(0, self.layout.n)
         self.run = space_run.run_in_space(self.kappa, self.law.f, path, record)
         of_steps = {"force_scale": self.scale.force, "length_scale": self.scale.length}
-        self.run.control.set(**of_steps, accuracy=max(accuracy, SIX_DIGITS))  # the end is exact
+        self.run.step.set(**of_steps, accuracy=max(accuracy, SIX_DIGITS))  # the end is exact
 
     def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         end = None if self.at_once else self._followed(stiffer, path)
@@ -109,8 +109,8 @@ class DirectedJump(Relaxation):
         status = LoopEnd.PAUSED
         while status == LoopEnd.PAUSED and not self.at_once:
             status = follow_curve(run, STEP_OPERATIONS)
-            count_work(run.control.effort)
-            self.at_once = status == LoopEnd.PAUSED and run.control.taken > MOST_TAKEN
+            count_work(run.step.effort)
+            self.at_once = status == LoopEnd.PAUSED and run.step.taken > MOST_TAKEN
         if status != LoopEnd.DONE or not np.isfinite(mo.u).all():
             return None
         return StepEnd(mo.u.copy(), mo.contact.copy(), mo.work.copy(), mo.slip.copy())
@@ -190,7 +190,7 @@ class SpaceEvents(EventMethod):
         self.scale, self.accuracy = scale, max(t.path * small, ROUND_OFF)
         zero = t.limit * force, t.limit * scale.length, 10.0 * t.rate
         self.lead(first, later, Precision(*zero, residual=near))
-        self.run.control.set(force_scale=scale.force, length_scale=scale.length, accuracy=self.accuracy)
+        self.run.step.set(force_scale=scale.force, length_scale=scale.length, accuracy=self.accuracy)
         self.direction[:] = 0.0
 
     def set_state(self, state: State) -> bool:
@@ -216,7 +216,7 @@ class SpaceEvents(EventMethod):
             if worn or (joint.free != free_places(self.problem.f, self.contact)).any():
                 arrange_afresh(joint, motion)
         status: int = follow_curve(self.run, CALL_OPERATIONS)
-        count_work(self.run.control.effort)
+        count_work(self.run.step.effort)
         return status
 
     @property

@@ -1,7 +1,6 @@
 """The data of one run of the compiled loops in space.
 
-The joint and its moving state; arrays for the path; a step along the smooth path, and the control of the
-next one.
+The joint and its moving state; arrays for the path; a step along the smooth path, and which one comes next.
 """
 
 from typing import Any
@@ -283,7 +282,9 @@ def empty_slipping(n: int) -> Slipping:
 
 
 class Step(NamedState):
-    """A step of the nodes that slip, packed as in :class:`.Slipping`, rows of arrays for n nodes.
+    """A step of the nodes that slip, packed as in :class:`.Slipping`, and which one to try next.
+
+    Rows of arrays are for n nodes.
 
     Attributes
     ----------
@@ -309,6 +310,18 @@ class Step(NamedState):
         the angles.
     equations, turn, turn_order : (24, 24), (24,), (24,)
         Of the angles.
+    force_scale, length_scale
+        Of the scene.
+    accuracy
+        Error allowed for one passage of the course, relative to the length scale.
+    h
+        Explicit step to try.
+    long, wait, apex_ahead
+        Step of Radau's to try, explicit ones before that, time to an apex from where on one goes there.
+    taken
+        Steps taken.
+    effort, allowed
+        Multiplications and additions, and after how many of them a loop returns.
     """
 
     n: int
@@ -331,27 +344,6 @@ class Step(NamedState):
     equations: Reals
     turn: Reals
     turn_order: Shorts
-
-
-class StepControl(NamedState):
-    """How accurate steps are to be, which one to try, and what they cost.
-
-    Attributes
-    ----------
-    force_scale, length_scale
-        Of the scene.
-    accuracy
-        Error allowed for one passage of the course, relative to the length scale.
-    h
-        Explicit step to try.
-    long, wait, apex_ahead
-        Step of Radau's to try, explicit ones before that, time to an apex from where on one goes there.
-    taken
-        Steps taken.
-    effort, allowed
-        Multiplications and additions, and after how many of them a loop returns.
-    """
-
     force_scale: float
     length_scale: float
     accuracy: float
@@ -384,7 +376,6 @@ class SpaceRun(NamedState):
     rates: SpaceRates
     slipping: Slipping
     step: Step
-    control: StepControl
     course: Course
     record: CurveRecord
 
@@ -410,7 +401,6 @@ def run_in_space(kappa: FloatArray, friction: FloatArray, course: Course, record
         rates=SpaceRates(of_rates | dict.fromkeys((*flags, "slack_rate", "before"), n)),
         slipping=empty_slipping(n),
         step=empty_step(n),
-        control=StepControl({}),
         course=course,
         record=record,
     )
@@ -425,8 +415,7 @@ def begin(run: SpaceRun) -> None:
         counted[:] = 0
     motion.set(passes=0, step=0, time=0.0, entered=False, under_way=False, concerned=-1, events=0, error=0.0)
     motion.set(events_in_step=0, node=-1, kind=EventKind.LOAD_STEP, signature=0, last_states=0)
-    run.step.set(method=EXPLICIT)
-    run.control.set(h=1.0, long=1.0, wait=0, apex_ahead=np.inf, taken=0)
+    run.step.set(method=EXPLICIT, h=1.0, long=1.0, wait=0, apex_ahead=np.inf, taken=0)
 
 
 def resume(run: SpaceRun, time: float, kind: int = EventKind.JUMPS) -> None:

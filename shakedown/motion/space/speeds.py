@@ -35,7 +35,6 @@ from shakedown.motion.space.space_run import (
     SpaceMotion,
     SpaceRates,
     Step,
-    StepControl,
     address,
     call,
 )
@@ -305,29 +304,27 @@ def substitute_few(M: FloatArray, order: Shorts, s: int, x: FloatArray) -> None:
 
 
 @inner
-def find_rates(
-    course: Course, mo: SpaceMotion, sp: Slipping, st: Step, ct: StepControl, q: FloatArray, stage: int
-) -> bool:
+def find_rates(course: Course, mo: SpaceMotion, sp: Slipping, st: Step, q: FloatArray, stage: int) -> bool:
     """Rates at a stage whose packed reactions are q; False where the motion is not stable there."""
     find_directions(course, mo, sp, q)
     for a in range(sp.s):
         sp.speed[a] = st.mu[(stage - 1) * st.n + a]  # a guess
-    return rates_along(sp, st, ct, stage)
+    return rates_along(sp, st, stage)
 
 
 @inner
-def rates_along(sp: Slipping, st: Step, ct: StepControl, stage: int) -> bool:
+def rates_along(sp: Slipping, st: Step, stage: int) -> bool:
     """Rates at a stage in the present directions, ``speed`` a guess; False where the motion is not stable.
 
     Where many nodes slip, the factors of an earlier stage serve as long as a few corrections suffice.
     """
     s = sp.s
     find_matrix(sp, sp.limits)
-    if not (s > FEW and sp.factored and correct_speeds(sp, ct)):
+    if not (s > FEW and sp.factored and correct_speeds(sp, st)):
         for t in range(s * s):
             sp.M[t] = sp.limits[t]
         sp.factored = factor(sp, s) > 0
-        ct.effort += int(BY_BLAS * s * s * s)
+        st.effort += int(BY_BLAS * s * s * s)
         if not sp.factored:
             return False
         for a in range(s):
@@ -338,10 +335,10 @@ def rates_along(sp: Slipping, st: Step, ct: StepControl, stage: int) -> bool:
 
 
 @inner
-def correct_speeds(sp: Slipping, ct: StepControl) -> bool:
+def correct_speeds(sp: Slipping, st: Step) -> bool:
     """Correct the speeds with old factors until they solve the equations; False where they diverge."""
     # relative round-off of rates
-    s, last, solved = sp.s, np.inf, max(FOUR_DIGITS * ct.accuracy, ROUND_OFF / 10) * sp.load_size
+    s, last, solved = sp.s, np.inf, max(FOUR_DIGITS * st.accuracy, ROUND_OFF / 10) * sp.load_size
     # corrections of speeds with the factors of an earlier stage
     for _ in range(9):
         left = residual_speeds(sp)
