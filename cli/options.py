@@ -144,15 +144,23 @@ OPEN_NODES = Parsed("nodes", "auto, none or node numbers like 0,3,7", open_nodes
 
 
 class ProblemFile(click.ParamType):
-    """A problem file or the name of a built-in problem; a file of that name wins."""
+    """A problem file or the name of a built-in problem; a file of that name wins.
+
+    Where it ``imports``, it may be an import configuration (.toml).
+    """
 
     name = "file"
+
+    def __init__(self, *, imports: bool = False) -> None:
+        self.imports = imports
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if isinstance(value, shakedown.Problem):
             return value
         if not value:
             raise click.UsageError("FILE: expected a file or the name of a built-in problem, found ''")
+        if self.imports and value.lower().endswith(".toml"):
+            return imported(name_of(param), value)
         click.get_current_context().meta[NAMED] = shlex.quote(value)
         if not os.path.exists(value) and value in shakedown.example_names():
             return shakedown.example(value)

@@ -101,15 +101,6 @@ def _places(problem: Problem, grid: tuple[str, str]) -> Any:
     return [d * int(each[1]) + (each[2] == ":y") for each in found if each is not None]
 
 
-class Joint(options.ProblemFile):
-    """A problem file, the name of a built-in problem, or an import configuration (.toml)."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        if isinstance(value, str) and value.lower().endswith(".toml"):
-            return options.imported(options.name_of(param), value)
-        return super().convert(value, param, ctx)
-
-
 def varied(text: str) -> tuple[str, FloatArray] | None:
     """A parameter with its values."""
     name, _, numbers = text.partition("=")
@@ -121,7 +112,7 @@ def varied(text: str) -> tuple[str, FloatArray] | None:
     "The limits over one or two parameters.",
     "0 computed; 1 limits contradict each other; 2 bad usage or bad input.",
 )
-@click.argument("joint", metavar="FILE", type=Joint())
+@click.argument("joint", metavar="FILE", type=options.ProblemFile(imports=True))
 @option(
     "--vary",
     type=options.Parsed("parameter", f"NAME= and {options.FORM}, rising, at most {options.MOST:,}", varied),
