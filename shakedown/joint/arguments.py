@@ -120,13 +120,6 @@ def checked_damping(problem: Problem, damping: ArrayLike | None) -> FloatArray |
     return D
 
 
-class _Kept(dict[str, object]):
-    """The results kept with one problem; neither copied nor pickled, as they can be rebuilt."""
-
-    def __reduce__(self) -> tuple[type, tuple[()]]:
-        return _Kept, ()
-
-
 def once_per_problem(build: Callable[[Problem], T]) -> Callable[[Problem], T]:
     """Cache a function of a problem: computed at the first call, the same object afterwards.
 
@@ -138,7 +131,7 @@ def once_per_problem(build: Callable[[Problem], T]) -> Callable[[Problem], T]:
     @wraps(build)
     def kept(problem: Problem) -> T:
         require_problem(problem)
-        results = problem.__dict__.setdefault("_derived", _Kept())
+        results = problem.__dict__.setdefault("_derived", {})
         if name not in results:
             results[name] = build(problem)
         found: T = results[name]
@@ -148,13 +141,13 @@ def once_per_problem(build: Callable[[Problem], T]) -> Callable[[Problem], T]:
 
 
 @contextmanager
-def reused(problem: Problem, name: str, settings: object, build: Callable[[], T]) -> Iterator[T]:
-    """A reusable object that is costly to build for a problem, for one user at a time.
+def reused(problem: Problem, settings: object, build: Callable[[], T]) -> Iterator[T]:
+    """A reusable search that is costly to build for a problem, for one user at a time.
 
     The last one with these settings, unless it is in use; else a new one.
     """
-    results = problem.__dict__.setdefault("_derived", _Kept())
-    found: Any = results.pop(name, None)
+    results = problem.__dict__.setdefault("_derived", {})
+    found: Any = results.pop("search", None)
     thing: T = found[1] if found is not None and found[0] == settings else build()
     yield thing
-    results[name] = settings, thing
+    results["search"] = settings, thing

@@ -422,6 +422,10 @@ class Problem(ReadOnly):
             digest.update(b"load domain;")
         return digest.hexdigest()
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the results kept with it, as they can be rebuilt."""
+        return {name: value for name, value in vars(self).items() if name != "_derived"}
+
     def __repr__(self) -> str:
         parts = [repr(shortened(visible(self.name), 60))] if self.name else []
         parts += [f"{name}={count}" for name, count in self._size.items()]

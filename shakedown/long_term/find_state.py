@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial, reduce
 from math import lcm
 from operator import attrgetter
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -203,24 +203,17 @@ def long_term_state(
     """
     check_arguments(load_factor, max_cycles, problem)
     check_count("longest_period", longest_period, MOST_ENTRIES)
-    opened, limits = tuple(open_nodes), SearchLimits(max_cycles, longest_period)
+    opened, limits = tuple(open_nodes), (max_cycles, longest_period)
     return settled_state(problem, load_factor, initial_slip, opened, limits, tolerances)
 
 
-class SearchLimits(NamedTuple):
-    """How long a long-term state is sought."""
-
-    most_cycles: int
-    longest_period: int
-
-
 def _search(
-    problem: Problem, limits: SearchLimits, tolerances: Tolerances
+    problem: Problem, limits: tuple[int, int], tolerances: Tolerances
 ) -> AbstractContextManager[LimitSearch | SteadySearches]:
     """The last search on the problem where its settings are the same: by the map of a period, or in space."""
     kind = LimitSearch if problem.directions == 1 else SteadySearches
     build = partial(kind, problem, tolerances, *limits)
-    return reused(problem, "search", (tolerances, limits), build)
+    return reused(problem, (tolerances, limits), build)
 
 
 @on_one_thread
@@ -229,10 +222,10 @@ def settled_state(
     load_factor: float,
     initial_slip: ArrayLike | None,
     open_nodes: tuple[int, ...],
-    limits: SearchLimits,
+    limits: tuple[int, int],
     tolerances: Tolerances,
 ) -> LongTermState:
-    """As :func:`long_term_state`, without its checks."""
+    """As :func:`long_term_state`, without its checks; limits: most cycles, and the longest period."""
     parts = coupled_parts(problem, open_nodes)
     if len(parts) > 1:
         start = beginning(problem, load_factor, initial_slip, open_nodes, tolerances)[0].u
@@ -344,7 +337,7 @@ def long_term_states(
     check_count("longest_period", longest_period, MOST_ENTRIES)
     check_count("threads", threads)
     starts = checked_initial_slips(problem, initial_slips)
-    limits = SearchLimits(max_cycles, longest_period)
+    limits = max_cycles, longest_period
     batch = _Batch(problem, float(load_factor), starts, limits, tolerances)
     batch.run(min(threads, max(len(starts), 1)))
     found = batch.answers._asdict()
@@ -370,7 +363,7 @@ class _Batch:
     problem: Problem
     load_factor: float
     starts: FloatArray
-    limits: SearchLimits
+    limits: tuple[int, int]
     tolerances: Tolerances
 
     def __post_init__(self) -> None:
@@ -413,7 +406,7 @@ class _Batch:
         """
         none = self.tolerances.periodicity * scales(self.problem, self.load_factor).length / RETURN_TOLERANCE
         slips = np.nan_to_num(answers.slip_per_cycle).max(axis=1, initial=0.0)
-        found, most = answers.verdict, self.limits.most_cycles
+        found, (most, _) = answers.verdict, self.limits
         cycles = (found > Verdict.SHAKEDOWN) & ((found != Verdict.CYCLIC_SLIP) | (slips < none))
         spent = (found == Verdict.UNDECIDED) & (answers.cycles_simulated >= most)
         for signature in np.unique(answers.signature[cycles]):

@@ -20,7 +20,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_arguments, checked, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.find_state import SearchLimits, settled_state
+from shakedown.long_term.find_state import settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.node_results import Settled, slip_extents
 from shakedown.long_term.state import LongTermState, SettledState, SteppedState, of_period
@@ -226,7 +226,7 @@ def simulate(
         initial_slip = named_start(problem, load_factor, initial_slip, open_nodes)
     start = problem, load_factor, initial_slip
     if method == "event":
-        limits = SearchLimits(cycles, LONGEST_PERIOD)
+        limits = cycles, LONGEST_PERIOD
         run = _from_event_to_event(settled_state(*start, open_nodes, limits, tolerances), record)
     else:
         motion = FixedSteps(*start, tolerances, open_nodes)
