@@ -285,14 +285,6 @@ def load_steps(nodes, loads, u, tolerance, most, path, slips):  # type: ignore[n
 REMEMBERED = 2  # cycles whose load steps are kept, whether recorded or not
 
 
-class LoadSteps(NamedTuple):
-    """The states after load steps, slip in contact (k, dn), and its length (k, n) [length], during each."""
-
-    path: EventHistory
-    slip: FloatArray
-    length: FloatArray
-
-
 class FixedSteps(Motion):
     """A joint under its loading loop, carried from load step to load step.
 
@@ -344,14 +336,14 @@ class FixedSteps(Motion):
     def _begin(self, state: State, load: FloatArray, transient: FloatArray) -> None:
         problem, layout = self.problem, self.problem.layout
         self.residual = 0.0  # largest relative violation of the friction law so far
-        self.recent: deque[LoadSteps] = deque(maxlen=REMEMBERED)
+        self.recent: deque[tuple[EventHistory, FloatArray]] = deque(maxlen=REMEMBERED)
         kappa, separable = free_stiffness(problem), problem.C is not None
         self._at = places_by_node(layout)
         self._nodes = contact_nodes(layout, kappa, problem.f, separable, self.scale.force)
         self.state = state
         self.start = self.u[layout.slips].copy()
         if len(transient):
-            self.pieces.append(self._advance(transient, -len(transient)).path)
+            self.pieces.append(self._advance(transient, -len(transient))[0])
 
     def _set_state(self, state: State) -> None:
         self.u[:], self.contact[:] = state.u, state.contact
@@ -367,15 +359,16 @@ class FixedSteps(Motion):
         In space its length.
         """
         chosen = list(self.recent)[max(len(self.recent) - cycles, 0) :]
-        slips = [steps.slip if self.problem.directions == 1 else steps.length for steps in chosen]
         if not chosen:
             return EventHistory.none(self.problem.layout), np.zeros((0, self.problem.n))
-        return EventHistory.joined([steps.path for steps in chosen]), np.concatenate(slips)
+        slip = np.concatenate([slip for _, slip in chosen])
+        slip = slip if self.problem.directions == 1 else self.problem.law.size(slip)
+        return EventHistory.joined([path for path, _ in chosen]), slip
 
     def _follow(self, cycles: int, record: bool) -> bool:
         self._steps = self._advance(self.load, 0)
         if record:
-            self.pieces.append(self._steps.path)
+            self.pieces.append(self._steps[0])
         if self.stop is not None:
             return False
         self.done += 1
@@ -383,11 +376,11 @@ class FixedSteps(Motion):
         return True
 
     def _what_it_did(self) -> CycleRecord:
-        (path, slip, length), layout = self._steps, self.problem.layout
+        (path, slip), layout = self._steps, self.problem.layout
         work, gap = -(layout.by_node(path.q) * layout.by_node(slip)).sum(axis=(0, 2)), path.w > 0
         return CycleRecord(
             end_slip=self.u[layout.slips].copy(),
-            slip=length.sum(axis=0),
+            slip=self.problem.law.size(slip).sum(axis=0),
             work=work,
             friction_dissipation=float(work.sum()),
             jump_dissipation=0.0,
@@ -395,8 +388,11 @@ class FixedSteps(Motion):
             closed=~np.asarray(gap.all(axis=0)),
         )
 
-    def _advance(self, loads: FloatArray, first: int) -> LoadSteps:
-        """Solve load steps (k, (d + 1) n), the last perhaps in vain, and check the law on those before."""
+    def _advance(self, loads: FloatArray, first: int) -> tuple[EventHistory, FloatArray]:
+        """Solve load steps (k, (d + 1) n), the last perhaps in vain, and check the law on those before.
+
+        The states after them, and the slip in contact during each, (k, dn) [length].
+        """
         layout, at, u = self.problem.layout, self._at, self.u[self._at]
         slips, found = np.empty((len(loads), layout.slip_size)), np.empty_like(loads)
         tolerance, given = self.tolerances.convergence * self.scale.length, loads[:, at].copy()
@@ -404,38 +400,37 @@ class FixedSteps(Motion):
         k = len(loads) if failed < 0 else failed + 1
         states, slip = np.empty_like(found[:k]), slips[:k]
         self.u[at], states[:, at] = u, found[:k]
-        steps = self._steps_of(states, slip, loads[:k], first)
-        self.contact[:] = steps.path.state[-1]
-        good = steps.path.rows(np.arange(k if failed < 0 else failed))
+        path = self._path_of(states, slip, loads[:k], first)
+        self.contact[:] = path.state[-1]
+        good = path.rows(np.arange(k if failed < 0 else failed))
         missed = projection_error(self.problem, good, slip[: len(good)], self.scale)
         self.residual = max(self.residual, missed)
         reason, slides_away = "", False
         if failed >= 0:
             self.residual = max(self.residual, change / self.scale.length)
             slides_away = node < 0 and self._slides_away(given[failed:k], u)
-            lifts = node >= 0 and not self._nodes.separable and steps.path.p[-1, node] < 0.0
+            lifts = node >= 0 and not self._nodes.separable and path.p[-1, node] < 0.0
             reason = self._failure(f"load step {first + failed}", node, change, lifts, slides_away)
         elif missed > self.tolerances.friction_law:
             reason = f"the friction law is violated by {missed:.1e} after converged load steps"
         if reason:
             when = self.done + (first + k - 1) / self.problem.m
             self.stop = Stop(reason, when, node, slides_away)
-        return steps
+        return path, slip
 
-    def _steps_of(self, u: FloatArray, slip: FloatArray, loads: FloatArray, first: int) -> LoadSteps:
+    def _path_of(self, u: FloatArray, slip: FloatArray, loads: FloatArray, first: int) -> EventHistory:
         """The load steps with these states and slips in contact, the first of them with this number."""
         k, problem, split = len(loads), self.problem, self.problem.layout.split
-        (v, w), (q_w, p_w), length = split(u), split(loads), problem.law.size(slip)
+        (v, w), (q_w, p_w) = split(u), split(loads)
         q, p = reactions(problem, q_w, p_w, v, w)
-        moving = -np.sign(slip) if problem.directions == 1 else SLIP * (length > 0)
-        path = EventHistory(
+        moving = -np.sign(slip) if problem.directions == 1 else SLIP * (problem.law.size(slip) > 0)
+        return EventHistory(
             cycle=self.done + (first + np.arange(k)) / problem.m,
             kind=np.full(k, EventKind.LOAD_STEP, dtype=np.int64),
             node=np.full(k, -1),
             v=v, w=w, q=q, p=p, q_w=q_w, p_w=p_w,
             state=np.where(w > 0, OPEN, moving.astype(np.int64)),
         )  # fmt: skip
-        return LoadSteps(path, slip, length)
 
     def _failure(self, where: str, node: int, change: float, lifts: bool, slides_away: bool) -> str:
         """Why a load step was not solved."""

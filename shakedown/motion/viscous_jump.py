@@ -79,17 +79,10 @@ class ViscousJoint(NamedTuple):
     scale: Scales
 
 
-class SteadySlide(NamedTuple):
-    """Displacements u and the velocity V with which they grow for ever, ((d + 1) n,)."""
-
-    u: FloatArray
-    velocity: FloatArray
-
-
 def steady_slide(
     joint: ViscousJoint, u: FloatArray, velocity: FloatArray, contact: NDArray[np.int64]
-) -> SteadySlide | None:
-    """The slide that a motion with this state tends to; None where there is none near.
+) -> tuple[FloatArray, FloatArray] | None:
+    """The slide that a motion with this state tends to, u and V; None where there is none near.
 
     Solved are, for the nodes that slip and those that are open,
 
@@ -114,7 +107,7 @@ def steady_slide(
 
     >>> no_stiffness, load = np.diag([0.0, 1.0]), np.array([2.0, 1.0])
     >>> joint = ViscousJoint(no_stiffness, Law(np.array([0.5])), load, np.ones(2), Scales(2.0, 2.0))
-    >>> steady_slide(joint, np.zeros(2), np.array([-1.499, 0.0]), np.array([-1])).velocity
+    >>> steady_slide(joint, np.zeros(2), np.array([-1.499, 0.0]), np.array([-1]))[1]
     array([-1.5,  0. ])
     """
     equations = _SlideEquations(joint, contact)
@@ -130,19 +123,20 @@ def steady_slide(
             break
         change, faster = equations.newton_step(u, speeds, missing)
         u, speeds = u + change, speeds + faster
-    found = SteadySlide(u, equations.velocity(speeds))
-    near = np.abs(found.velocity - velocity).max() <= MINOR * np.abs(velocity).max()
-    return found if near and _holds(joint, found, contact) and equations.attracts(u, speeds) else None
+    found = equations.velocity(speeds)
+    near = np.abs(found - velocity).max() <= MINOR * np.abs(velocity).max()
+    held = near and _holds(joint, u, found, contact) and equations.attracts(u, speeds)
+    return (u, found) if held else None
 
 
-def _holds(joint: ViscousJoint, slide: SteadySlide, contact: NDArray[np.int64]) -> bool:
+def _holds(joint: ViscousJoint, u: FloatArray, velocity: FloatArray, contact: NDArray[np.int64]) -> bool:
     """Whether the law is satisfied at every node, now and for ever."""
-    layout, way = joint.law.layout, slide.velocity / np.abs(slide.velocity).max()
-    q, p = layout.split(joint.load + joint.kappa @ slide.u + joint.damping * slide.velocity)
+    layout, way = joint.law.layout, velocity / np.abs(velocity).max()
+    q, p = layout.split(joint.load + joint.kappa @ u + joint.damping * velocity)
     slip, opening = layout.split(way)
     slip = np.where(np.repeat(contact == OPEN, layout.d), 0.0, slip) * joint.scale.length / SIX_DIGITS
-    violation = law_violation(joint.law.f, q, p, slide.u[layout.gaps], slip, joint.scale)
-    most = max(HOLDS, reaction_round_off(joint.kappa, slide.u, joint.scale))
+    violation = law_violation(joint.law.f, q, p, u[layout.gaps], slip, joint.scale)
+    most = max(HOLDS, reaction_round_off(joint.kappa, u, joint.scale))
     return bool(violation.max() <= most and (opening >= -NEGLIGIBLE).all())
 
 
