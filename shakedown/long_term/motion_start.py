@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Any, NamedTuple, TypeGuard
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -25,27 +25,6 @@ from shakedown.motion.method import CycleRecord, State, cycles_of
 
 FirstCycles = tuple[tuple[CycleRecord, State], ...]
 """The cycles that a search followed before its first leap, and the states at their ends."""
-
-
-class CycleEnd(NamedTuple):
-    """A state between two cycles of a motion.
-
-    Attributes
-    ----------
-    cycles
-        After how many cycles.
-    slip : (n,)
-        The slip then [length].
-    open_nodes
-        The nodes that are open then.
-    error
-        The possible error of every node, twice the estimate [length]; 0 for exact paths.
-    """
-
-    cycles: int
-    slip: FloatArray
-    open_nodes: tuple[int, ...]
-    error: float
 
 
 @dataclass(frozen=True)
@@ -87,13 +66,19 @@ class MotionStart:
         evolution.enter_cycle(done)
         return evolution
 
-    def passed(self, first_cycles: FirstCycles | None, most: int) -> Iterator[CycleEnd]:
-        """The states after successive cycles: the stored ones, then others up to a given number."""
+    def passed(
+        self, first_cycles: FirstCycles | None, most: int
+    ) -> Iterator[tuple[int, FloatArray, tuple[int, ...], float]]:
+        """After successive cycles, the stored ones, then others up to a given number: the state.
+
+        How many cycles those are, the slip [length], the open nodes, and the possible error of every node,
+        twice the estimate [length]; 0 for exact paths.
+        """
         error = 0.0
         for done, (record, state) in enumerate(self._cycles(first_cycles or (), most), start=1):
             error += ERROR_FACTOR * record.error
             open_nodes = tuple(np.flatnonzero(state.contact == OPEN).tolist())
-            yield CycleEnd(done, record.end_slip, open_nodes, error)
+            yield done, record.end_slip, open_nodes, error
 
     def _cycles(self, first_cycles: FirstCycles, most: int) -> Iterator[tuple[CycleRecord, State]]:
         yield from first_cycles

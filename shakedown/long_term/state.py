@@ -442,12 +442,13 @@ def slip_proof(state: LongTermState) -> EnergyProof:
     at_rest = motion_start.total_slip_from(loop, origin.load_factor, state.final_slip, known)
     if state.open_nodes or not at_rest < inf:
         return NO_PROOF
-    for passed in islice(origin.passed(state.first_cycles, state.cycles_examined), MOST_EXAMINED):
-        if passed.open_nodes or passed.cycles & (passed.cycles - 1):
+    passed = islice(origin.passed(state.first_cycles, state.cycles_examined), MOST_EXAMINED)
+    for cycles, slip, open_nodes, error in passed:
+        if open_nodes or cycles & (cycles - 1):
             continue
-        further = motion_start.total_slip_from(loop, origin.load_factor, passed.slip, known + passed.error)
+        further = motion_start.total_slip_from(loop, origin.load_factor, slip, known + error)
         if further < inf:
-            return EnergyProof(True, cycles=passed.cycles, by=SLIP, further=further)
+            return EnergyProof(True, cycles=cycles, by=SLIP, further=further)
     return NO_PROOF
 
 
@@ -487,11 +488,12 @@ def _proof_of(ball: EnergyBall, state: LongTermState) -> EnergyProof:
 def cycles_until_inside(ball: EnergyBall, state: LongTermState) -> int | None:
     """The number of cycles until a motion that comes to rest in a ball is in it; None if not found."""
     kept = 0 if state.first_cycles is None else len(state.first_cycles)
-    for passed in state.origin.passed(state.first_cycles, state.cycles_examined):
-        if passed.open_nodes == state.open_nodes and ball.contains(passed.slip, off=passed.error):
-            return passed.cycles
-        if passed.cycles == kept:
-            away = float(ball.distance(passed.slip)) - float(ball.distance(state.final_slip))
+    passed = state.origin.passed(state.first_cycles, state.cycles_examined)
+    for cycles, slip, open_nodes, error in passed:
+        if open_nodes == state.open_nodes and ball.contains(slip, off=error):
+            return cycles
+        if cycles == kept:
+            away = float(ball.distance(slip)) - float(ball.distance(state.final_slip))
             left = _cycles_left(away, float(ball.margin(state.final_slip)), state.contraction)
             if left > state.cycles_examined:
                 return None

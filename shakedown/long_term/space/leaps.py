@@ -333,15 +333,6 @@ class LocalMap:
             return np.asarray(np.linalg.matrix_power(one, int(share * periods))[:k, k])
 
 
-class LeapStart(NamedTuple):
-    """Where a leap began: a state (N,), the change (k,) in a period from there of moving slips, and when."""
-
-    state: FloatArray
-    change: FloatArray
-    moving: MovingSlips
-    periods: int
-
-
 class LeapEnd(NamedTuple):
     """Where to go on from.
 
@@ -376,7 +367,7 @@ class SlopeLeaps:
     since, wait
         From which cycle on the next one is tried, and how many after the last that led nowhere.
     starts, gone, end
-        Where the last leaps began, how many periods they have gone in all, and to which state.
+        The maps where the last leaps began, after how many periods; those gone in all, and to which state.
     """
 
     MOST_SLIPS: ClassVar[int] = 64  # of moving nodes: each takes a period to see its slope
@@ -394,7 +385,7 @@ class SlopeLeaps:
     periods: int = int(LEAST_GAIN)
     since: int = 0
     wait: int = 0
-    starts: deque[LeapStart] = field(default_factory=lambda: deque(maxlen=16))
+    starts: deque[tuple[LocalMap, int]] = field(default_factory=lambda: deque(maxlen=16))
     gone: int = 0
     end: FloatArray = field(default_factory=lambda: np.zeros(0))
 
@@ -432,7 +423,7 @@ class SlopeLeaps:
                 at_leap_end()
                 error += found.error
                 leap_end, self.wait = found._replace(error=error), 0
-                self.starts.append(LeapStart(local.start, local.change, moving, self.gone))
+                self.starts.append((local, self.gone))
                 self.gone, self.end = self.gone + self.periods, found.start
                 local = replace(local, start=found.start, change=found.change)
             self.periods = self._next_length(self.periods, strain, found is None)
@@ -553,10 +544,10 @@ class SlopeLeaps:
     def _earlier(self, local: LocalMap, periods: int) -> Samples:
         """What the states at which the last leaps began show of the remainder."""
         shares, values = [], []
-        for point in reversed(self.starts):
-            back = (self.gone - point.periods) / periods
-            alike = np.array_equal(point.moving.follow, local.moving.follow)  # slips, and open nodes
+        for before, gone in reversed(self.starts):
+            back = (self.gone - gone) / periods
+            alike = np.array_equal(before.moving.follow, local.moving.follow)  # slips, and open nodes
             if alike and 1.0 / COMPARABLE <= back <= COMPARABLE:
                 shares.append(-back)
-                values.append(point.change - local.linear((point.state - local.start)[local.moving.places]))
+                values.append(before.change - local.linear((before.start - local.start)[local.moving.places]))
         return Samples(np.array(shares), np.array(values).reshape(-1, len(local.change))).first(MOST_EARLIER)

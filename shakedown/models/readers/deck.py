@@ -29,6 +29,7 @@ _READ = (*_IN_A_FILE, "TRANSFORM", "ELASTIC", "PART", "INSTANCE", "SYSTEM")  # w
 
 Labels = IntArray
 Sets = dict[str, Labels]
+Members = tuple[str, list[str], bool]  # of a set: where they are said, and whether they are first, last, step
 
 
 class Card(NamedTuple):
@@ -41,14 +42,6 @@ class Card(NamedTuple):
     def name(self, key: str) -> str:
         """A parameter that names a set, in upper case; "" where there is none."""
         return self.parameters.get(key, "").upper()
-
-
-class _Members(NamedTuple):
-    """One line of members of a set; ``generate``: first, last, step."""
-
-    where: str
-    fields: list[str]
-    generate: bool = False
 
 
 def read_deck(path: str | os.PathLike[str]) -> Mesh:
@@ -163,7 +156,7 @@ class _Deck:
                 found = self._named(card.name("ELSET"), element_sets, "element set", "*NSET").tolist()
                 more = [node for element in found if element in elements for node in elements[element][1]]
                 node_sets[card.name("NSET")] = np.union1d(node_sets[card.name("NSET")], more).astype(np.intp)
-        of_nodes: dict[str, list[_Members]] = {}
+        of_nodes: dict[str, list[Members]] = {}
         for card in self.of("SURFACE"):
             if card.name("TYPE") == "NODE":
                 of_nodes.setdefault(card.name("NAME"), []).extend(_members(card, 1))
@@ -203,14 +196,14 @@ class _Deck:
             raise unfit(self.name, f"the {what} {quoted(name)} of {by}", "none")
         return sets[name]
 
-    def _lists(self, key: str, made: Mapping[int, list[int]]) -> dict[str, list[_Members]]:
+    def _lists(self, key: str, made: Mapping[int, list[int]]) -> dict[str, list[Members]]:
         """Members of the sets of a keyword, and of those that the nodes and elements of a card make up."""
-        found: dict[str, list[_Members]] = {}
+        found: dict[str, list[Members]] = {}
         for k, card in enumerate(self.cards):
             if card.keyword == key:
                 found.setdefault(card.name(key), []).extend(_members(card))
             elif made.get(k) and key in card.parameters:
-                labels = _Members(card.data[0][0], [str(label) for label in made[k]])
+                labels = card.data[0][0], [str(label) for label in made[k]], False
                 found.setdefault(card.name(key), []).append(labels)
         return found
 
@@ -355,10 +348,10 @@ class _Deck:
         return int(own[0])
 
 
-def _members(card: Card, most: int | None = None) -> list[_Members]:
+def _members(card: Card, most: int | None = None) -> list[Members]:
     """The members on the data lines of a card, the first ``most`` of each line."""
-    lines = ((where, [text for text in fields[:most] if text]) for where, fields in card.data)
-    return [_Members(*line, "GENERATE" in card.parameters) for line in lines]
+    generate = "GENERATE" in card.parameters
+    return [(where, [text for text in fields[:most] if text], generate) for where, fields in card.data]
 
 
 def _faces(
@@ -377,7 +370,7 @@ def _is_label(text: str, known: Mapping[int, object]) -> bool:
     return text.isascii() and text.isdigit() and int(text[:18]) in known
 
 
-def resolved(lists: Mapping[str, list[_Members]], known: Labels, others: Sets | None = None) -> Sets:
+def resolved(lists: Mapping[str, list[Members]], known: Labels, others: Sets | None = None) -> Sets:
     """Members of every set; a set may name earlier ones."""
     found: Sets = dict(others or {})
     there = dict.fromkeys(known.tolist())
