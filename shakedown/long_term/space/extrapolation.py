@@ -133,7 +133,8 @@ class Leaps:
         if leap_end is None:
             self._refuse(before)
         else:
-            self._take(before, leap_end.error, leap_end.error, leap_end.rate)
+            error, rate = leap_end
+            self._take(before, error, error, rate)
         self.slopes.since = cycles.count + self.slopes.wait
         cycles.probes += cycles.count - count
         return True

@@ -333,27 +333,6 @@ class LocalMap:
             return np.asarray(np.linalg.matrix_power(one, int(share * periods))[:k, k])
 
 
-class LeapEnd(NamedTuple):
-    """Where to go on from.
-
-    Attributes
-    ----------
-    start : (N,)
-        The state [length]; the period from there is the last that was followed.
-    error
-        How far it may be off [length].
-    rate
-        Factor per period by which changes shrink.
-    change : (k,)
-        Of the slips that the map is of, in that period [length].
-    """
-
-    start: FloatArray
-    error: float
-    rate: float
-    change: FloatArray
-
-
 @dataclass
 class SlopeLeaps:
     """Leaps along the map of a period: its slopes, and its remainder as states on the way show it.
@@ -397,8 +376,11 @@ class SlopeLeaps:
         first: PeriodStep,
         moving: MovingSlips,
         measure: Measure,
-    ) -> LeapEnd | None:
+    ) -> tuple[float, float] | None:
         """As far as what it predicts comes true, again and again by the same slopes; None if that is not far.
+
+        The period that is followed last begins where the leap ends. Returned are how far that state may be
+        off [length], and the factor per period by which changes shrink.
 
         Parameters
         ----------
@@ -416,26 +398,26 @@ class SlopeLeaps:
         if self.starts and measure.size(start - self.end) > LEAST_GAIN * measure.size(first.change):
             self.starts.clear()  # the last leap has not ended here, but for a few periods
         local = self._local_map(follow, start, first, moving, measure)
-        leap_end, error = None, 0.0
+        taken, error = None, 0.0
         while local is not None and self.periods >= LEAST_GAIN:
             found, strain = self._leap_end(local, self.periods)
             if found is not None:
+                end, off, rate = found
                 at_leap_end()
-                error += found.error
-                leap_end, self.wait = found._replace(error=error), 0
+                error, self.wait = error + off, 0
+                taken = error, rate
                 self.starts.append((local, self.gone))
-                self.gone, self.end = self.gone + self.periods, found.start
-                local = replace(local, start=found.start, change=found.change)
+                self.gone, self.end, local = self.gone + self.periods, end.start, end
             self.periods = self._next_length(self.periods, strain, found is None)
-            if found is None and leap_end is not None:
-                follow(leap_end.start)  # so that it is the last
-            if strain > self.AT_EASE and leap_end is not None:
+            if found is None and taken is not None:
+                follow(local.start)  # so that it is the last
+            if strain > self.AT_EASE and taken is not None:
                 break
-        if leap_end is None:
+        if taken is None:
             self.wait = longer(self.wait)
             self.starts.clear()
         self.periods = max(self.periods, int(LEAST_GAIN))
-        return leap_end
+        return taken
 
     def _next_length(self, periods: int, strain: float, failed: bool) -> int:
         """How many periods to try next, after a leap of so many with this strain."""
@@ -482,8 +464,11 @@ class SlopeLeaps:
             slopes -= (slopes @ rigid) @ rigid.T
         return LocalMap(follow, measure, start, moving, change, slopes, first.signature)
 
-    def _leap_end(self, local: LocalMap, periods: int) -> tuple[LeapEnd | None, float]:
-        """So many periods ahead, or None, and the strain: what is missed there, relative to what may be."""
+    def _leap_end(self, local: LocalMap, periods: int) -> tuple[tuple[LocalMap, float, float] | None, float]:
+        """So many periods ahead, or None, and the strain: what is missed there, relative to what may be.
+
+        The map there, how far it may be off [length], and the factor per period by which changes shrink.
+        """
         found, strain = self._polynomial(local, periods, self._earlier(local, periods)), 0.0
         if found is None:
             return None, np.inf
@@ -511,7 +496,7 @@ class SlopeLeaps:
         if left > self.GROWN * now or not strain <= 1.0:
             return None, strain
         rate = min((left / now) ** (1.0 / periods), 1.0)
-        return LeapEnd(local.at(end), error, rate, change), strain
+        return (replace(local, start=local.at(end), change=change), error, rate), strain
 
     def _polynomial(
         self, local: LocalMap, periods: int, earlier: Samples
