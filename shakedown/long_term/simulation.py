@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from math import inf, nan
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -253,18 +253,12 @@ def _cycles_there(settled: LongTermState) -> int:
     return min(settled.cycles_simulated + (settled.stop is not None), settled.most_cycles)
 
 
-class RecordedVerdict(NamedTuple):
-    """An outcome with its period in cycles and the drift of the slip per period, (n,) [length]."""
-
-    outcome: Outcome
-    period: int
-    drift: FloatArray
-    reason: str
-
-
-def recorded_verdict(cycles: Sequence[CycleRecord], threshold: FloatArray) -> RecordedVerdict | None:
+def recorded_verdict(
+    cycles: Sequence[CycleRecord], threshold: FloatArray
+) -> tuple[Outcome, int, FloatArray, str] | None:
     """The long-term state that the last cycles show, or None while they show none.
 
+    Its outcome, the period in cycles, the drift of the slip per period, (n,) [length], and the reason.
     Evidence, not proof: slips of a node below its ``threshold``, (n,) [length], count as none, and
     each finding must hold over two cycles (two periods) in a row.
     """
@@ -275,8 +269,8 @@ def recorded_verdict(cycles: Sequence[CycleRecord], threshold: FloatArray) -> Re
         breathing = np.flatnonzero(last.opened & last.closed)
         if breathing.size:
             reason = f"no frictional slip, but opening and closing every cycle: {nodes_in_words(breathing)}"
-            return RecordedVerdict(Outcome.SEPARATION, 1, still, reason)
-        return RecordedVerdict(Outcome.SHAKEDOWN, 1, still, "no frictional slip in the last two cycles")
+            return Outcome.SEPARATION, 1, still, reason
+        return Outcome.SHAKEDOWN, 1, still, "no frictional slip in the last two cycles"
     none = np.repeat(threshold, len(still) // len(threshold))
     for period in range(1, min(REMEMBERED, (len(cycles) - 1) // 2) + 1):
         slip = np.sum([cycle.slip for cycle in cycles[-period:]], axis=0)
@@ -286,10 +280,10 @@ def recorded_verdict(cycles: Sequence[CycleRecord], threshold: FloatArray) -> Re
         every, ends = cycles_in_words(period), [cycle.end_slip for cycle in cycles[-2 * period - 1 :]]
         steps = np.subtract(ends[period:], ends[: period + 1])
         if np.all(np.abs(steps) <= none):
-            return RecordedVerdict(Outcome.CYCLIC_SLIP, period, still, f"slip per {every} constant")
+            return Outcome.CYCLIC_SLIP, period, still, f"slip per {every} constant"
         steady = np.all(np.abs(steps - steps[-1]) <= none)
         if steady and np.any(np.abs(steps[-1]) > 1e3 * none):
-            return RecordedVerdict(Outcome.RATCHETTING, period, steps[-1], f"drift per {every} constant")
+            return Outcome.RATCHETTING, period, steps[-1], f"drift per {every} constant"
     return None
 
 
@@ -305,18 +299,19 @@ def _at_fixed_steps(motion: FixedSteps, cycles: int, method: str, record: bool) 
             break
     if verdict is None:
         reason = motion.stop.reason if motion.stop else f"no steady state within {count(cycles, 'cycle')}"
-        verdict = RecordedVerdict(Outcome.UNDECIDED, 0, np.full(len(start), np.nan), reason)
-    period, (path, slip) = verdict.period, motion.last(verdict.period)
+        verdict = Outcome.UNDECIDED, 0, np.full(len(start), np.nan), reason
+    outcome, period, drift, reason = verdict
+    path, slip = motion.last(period)
     records = followed[-period:] if period else []
     work = np.sum([each.work for each in records], axis=0) / period if period else np.nan
     settled = SteppedState(
         problem=problem,
         load_factor=float(motion.load_factor),
         initial_slip=motion.start,
-        outcome=verdict.outcome,
-        reason=verdict.reason,
+        outcome=outcome,
+        reason=reason,
         final_slip=motion.state.u[problem.layout.slips],
-        drift=verdict.drift,
+        drift=drift,
         cycles_simulated=len(followed) + (motion.stop is not None),
         residual=motion.residual,
         work_per_cycle=np.broadcast_to(work, problem.n).copy(),

@@ -1,6 +1,6 @@
 """What many states end in: distinct limit cycles, how far slips scatter, whether it is one and the same."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -123,14 +123,6 @@ class LimitCycle(Result):
 _Example = tuple[int, FloatArray, FloatArray]
 
 
-class _Kind(NamedTuple):
-    """The properties shared by limit cycles of one continuum."""
-
-    outcome: str
-    period: int
-    slipping_nodes: tuple[int, ...]
-
-
 def limit_cycles(sampling: Sampling, columns: Columns) -> tuple[LimitCycle, ...]:
     """The distinct limit cycles of a map, the most frequent first.
 
@@ -146,10 +138,10 @@ def limit_cycles(sampling: Sampling, columns: Columns) -> tuple[LimitCycle, ...]
         What they lead to.
     """
     found, same = list[LimitCycle](), same_slip(sampling)
-    for kind, rows in _by_kind(sampling, columns).items():
+    for slipping, rows in _by_kind(sampling, columns):
         rest = list[tuple[_Example, Rows]]()
         # limit cycles of a kind that are told apart; further ones count as a continuum
-        for _ in range(20 if len(kind.slipping_nodes) == sampling.problem.n else 0):
+        for _ in range(20 if len(slipping) == sampling.problem.n else 0):
             # states of a kind with a limit cycle of their own; the others then count as a continuum
             if not len(rows) or len(rest) == 2:
                 break
@@ -157,33 +149,31 @@ def limit_cycles(sampling: Sampling, columns: Columns) -> tuple[LimitCycle, ...]
             here = np.abs(_from_nearest(columns["final_slip"][rows], places)).max(axis=1) <= same
             here[0] = True
             if np.count_nonzero(here) > 1:
-                found.append(_counted(sampling, columns, kind, one, rows[here], alone=True))
+                found.append(_counted(sampling, columns, slipping, one, rows[here], alone=True))
             else:
                 rest.append((one, rows[here]))
             rows = rows[~here]
         if len(rows):
             rest.append((_example(sampling, columns, rows[0]), rows))
         if rest:  # the largest part is the example
-            one = max(rest, key=lambda part: len(part[1]))[0]
-            found.append(_counted(sampling, columns, kind, one, np.concatenate([part for _, part in rest])))
+            one, every = max(rest, key=lambda part: len(part[1]))[0], np.concatenate([own for _, own in rest])
+            found.append(_counted(sampling, columns, slipping, one, every, alone=False))
     return tuple(sorted(found, key=lambda cycle: (-cycle.count, cycle.example)))
 
 
-def _by_kind(sampling: Sampling, columns: Columns) -> dict[_Kind, Rows]:
-    """Numbers of the states that end in limit cycles of each kind."""
-    problem, found = sampling.problem, dict[_Kind, Rows]()
+def _by_kind(sampling: Sampling, columns: Columns) -> Iterator[tuple[tuple[int, ...], Rows]]:
+    """Of limit cycles alike in outcome, period and slipping nodes: these, and the rows of their states."""
+    problem = sampling.problem
     still = 4.0 * path_resolution(problem, sampling.tolerances) * length_scales(problem, sampling.load_factor)
     outcome, period, slips = columns["outcome"], columns["period"], columns["slip_per_cycle"] > still
     cyclic = np.flatnonzero((period > 0) & (outcome != Outcome.SHAKEDOWN))
     if not len(cyclic):
-        return found
+        return
     _, names = np.unique(outcome[cyclic], return_inverse=True)
     keys = np.column_stack([names.ravel(), period[cyclic], np.packbits(slips[cyclic], axis=1)])
     _, first, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     for number, row in enumerate(cyclic[first]):
-        kind = _Kind(str(outcome[row]), int(period[row]), tuple(np.flatnonzero(slips[row]).tolist()))
-        found[kind] = cyclic[group.ravel() == number]
-    return found
+        yield tuple(np.flatnonzero(slips[row]).tolist()), cyclic[group.ravel() == number]
 
 
 def _example(sampling: Sampling, columns: Columns, row: int) -> _Example:
@@ -194,7 +184,7 @@ def _example(sampling: Sampling, columns: Columns, row: int) -> _Example:
 
 
 def _counted(
-    sampling: Sampling, columns: Columns, kind: _Kind, one: _Example, rows: Rows, *, alone: bool = False
+    sampling: Sampling, columns: Columns, nodes: tuple[int, ...], one: _Example, rows: Rows, alone: bool
 ) -> LimitCycle:
     """A limit cycle with the states that lead there, and how far apart they end."""
     (row, places, drift), dissipation = one, columns["dissipation"][rows]
@@ -204,7 +194,9 @@ def _counted(
     none = path_resolution(sampling.problem, sampling.tolerances) * scale.length * scale.force
     same_work = high - low <= sampling.tolerances.same_cycle * high + none
     return LimitCycle(
-        **kind._asdict(),
+        outcome=str(columns["outcome"][row]),
+        period=int(columns["period"][row]),
+        slipping_nodes=nodes,
         count=int(np.count_nonzero(rows >= len(sampling.named))),
         dissipation=(low, high),
         contact_sequences=len(np.unique(columns["signature"][rows])),
