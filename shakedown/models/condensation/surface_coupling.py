@@ -23,7 +23,9 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.constants import NEGLIGIBLE, ROUND_OFF, SIX_DIGITS, THREE_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import ProblemError
 from shakedown.models.condensation import surface_mesh
-from shakedown.models.condensation.surface_mesh import ContactSurface, FacetBlock, NodeCoupling
+from shakedown.models.condensation.surface_mesh import ContactSurface, NodeCoupling
+
+Kind = tuple[int, int]  # of facets: dimension, count of nodes
 
 
 class Segments(NamedTuple):
@@ -186,8 +188,8 @@ def _segments(
 ) -> Segments | None:
     """Cut pairs of facets after a projection along the normals of the slave's; None without any pair."""
     found = []
-    for one, other in product(slave.blocks, master.blocks):
-        own = np.isin(pairs[0], one.numbers) & np.isin(pairs[1], other.numbers)
+    for (one, _, of_one), (other, _, of_other) in product(slave.blocks, master.blocks):
+        own = np.isin(pairs[0], of_one) & np.isin(pairs[1], of_other)
         if own.any():
             chosen = pairs[0][own], pairs[1][own]
             found.append(_cut((slave, master), (one, other), chosen, reach, revolved))
@@ -196,18 +198,18 @@ def _segments(
 
 def _cut(
     sides: tuple[ContactSurface, ContactSurface],
-    blocks: tuple[FacetBlock, FacetBlock],
+    kinds: tuple[Kind, Kind],
     pairs: tuple[IntArray, IntArray],
     reach: float,
     revolved: bool,
 ) -> Segments:
     """The segments of pairs of facets of two kinds."""
-    seen = [_seen(sides, blocks, pairs, k) for k in (0, 1)]
+    seen = [_seen(sides, kinds, pairs, k) for k in (0, 1)]
     cut = _on_lines if sides[0].dimension == 2 else _on_planes
-    owner, points, weight = cut(seen[0][0], seen[1][0], _points_along(seen, blocks))
+    owner, points, weight = cut(seen[0][0], seen[1][0], _points_along(seen, kinds))
     values, heights = [], []
     for side, (corners, height) in enumerate(seen):
-        place, kind = surface_mesh.local_places(corners[owner], points), blocks[side].kind
+        place, kind = surface_mesh.local_places(corners[owner], points), kinds[side]
         own = (surface_mesh.changed_shapes, surface_mesh.shapes)[side](kind, place)
         beyond = sides[side].nodes.shape[1] - kind[1]
         values.append(np.pad(own, ((0, 0), (0, 0), (0, beyond))))
@@ -235,7 +237,7 @@ def _cut(
 
 def _seen(
     sides: tuple[ContactSurface, ContactSurface],
-    blocks: tuple[FacetBlock, FacetBlock],
+    kinds: tuple[Kind, Kind],
     pairs: tuple[IntArray, IntArray],
     side: int,
 ) -> tuple[FloatArray, FloatArray]:
@@ -243,7 +245,7 @@ def _seen(
 
     Heights are positive towards the slave's body.
     """
-    slave, nodes = sides[0], sides[side].nodes[pairs[side]][:, : surface_mesh.CORNERS[blocks[side].kind]]
+    slave, nodes = sides[0], sides[side].nodes[pairs[side]][:, : surface_mesh.CORNERS[kinds[side]]]
     middle, normal = slave.middles[pairs[0]], slave.normals[pairs[0]]
     arms = sides[side].places[nodes] - middle[:, None]
     if slave.dimension == 2:
@@ -257,7 +259,7 @@ def _seen(
     return np.einsum("pcd,pad->pca", arms, axes), np.einsum("pcd,pd->pc", arms, normal)
 
 
-def _points_along(seen: list[tuple[FloatArray, FloatArray]], blocks: tuple[FacetBlock, FacetBlock]) -> int:
+def _points_along(seen: list[tuple[FloatArray, FloatArray]], kinds: tuple[Kind, Kind]) -> int:
     """Gauss points along each side of a triangle.
 
     Three are exact to degree 4, which is all that occurs on triangles and parallelograms. On other
@@ -270,7 +272,7 @@ def _points_along(seen: list[tuple[FloatArray, FloatArray]], blocks: tuple[Facet
             off = np.abs(corners[:, 0] - corners[:, 1] + corners[:, 2] - corners[:, 3]).max(axis=1)
             slant = max(slant, float((off / np.ptp(corners, axis=1).max(axis=1)).max(initial=0.0)))
     enough = ((1e-12, 3), (0.1, 6), (0.2, 8), (np.inf, 12))
-    least = 6 if any(block.kind in ((3, 8), (3, 9)) for block in blocks) else 0  # bi-quadratic quadrilaterals
+    least = 6 if any(kind in ((3, 8), (3, 9)) for kind in kinds) else 0  # bi-quadratic quadrilaterals
     return max(least, next(count for most, count in enough if slant <= most))
 
 

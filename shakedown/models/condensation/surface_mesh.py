@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -141,14 +141,6 @@ def _square(place: FloatArray, count: int) -> FloatArray:
     return np.concatenate([linear - 0.5 * (middle + np.roll(middle, 1, axis=-1)), middle], axis=-1)
 
 
-class FacetBlock(NamedTuple):
-    """Facets of one kind (dimension, count of nodes): positions of their nodes, (F, k), and their numbers."""
-
-    kind: tuple[int, int]
-    nodes: IntArray
-    numbers: IntArray
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactSurface(Result):
     """Nodes and facets of one side of a contact.
@@ -212,14 +204,14 @@ class ContactSurface(Result):
         return int(self.places.shape[1])
 
     @cached_property
-    def blocks(self) -> tuple[FacetBlock, ...]:
-        """The facets by their kinds."""
+    def blocks(self) -> tuple[tuple[tuple[int, int], IntArray, IntArray], ...]:
+        """By kinds of facets (dimension, count of nodes): positions of their nodes, (F, k); their numbers."""
         position = dict(zip(self.labels.tolist(), range(len(self.labels)), strict=True))
         found: dict[int, list[int]] = {}
         for number, facet in enumerate(self.facets):
             found.setdefault(len(facet), []).append(number)
         return tuple(
-            FacetBlock(
+            (
                 (self.dimension, count),
                 np.array([[position[node] for node in self.facets[number]] for number in numbers]),
                 np.array(numbers),
