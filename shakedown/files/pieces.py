@@ -191,7 +191,7 @@ def run_pieces(
     workers = processes_asked(workers if executor is None else 1)
     report = progress or (lambda done, count: None)
     run = sha256(repr((version("shakedown-bounds"), settings)).encode()).hexdigest()[:16]
-    with _folder(output, resume) as folder:
+    with _folder(output, resume, run) as folder:
         pieces = {} if folder is None else _kept(folder, run, count)
         report(len(pieces), count)
         todo = [number for number in range(count) if number not in pieces]
@@ -213,27 +213,30 @@ def _keep(folder: Path, name: str, arrays: Arrays) -> None:
 
 def _kept(folder: Path, run: str, count: int) -> dict[int, Arrays]:
     """The pieces of a run whose files are whole, by number; says how many, and where."""
-    found, names = dict[int, Arrays](), _names(folder)
+    found, files = dict[int, Arrays](), _pieces(folder)
     for number in range(count):
         with suppress(ProblemError):
             found[number] = read_arrays(folder / f"{run}-{number}.npz")
-    if names:
-        others = f"; {n} others there do not fit" if (n := len(names) - len(found)) else ""
+    if files:
+        others = f"; {n} others there do not fit" if (n := len(files) - len(found)) else ""
         message = f"goes on from {len(found)} of {count} pieces in {visible(str(folder))}{others}"
         logging.getLogger("shakedown").warning(message)
     return found
 
 
 @contextmanager
-def _folder(output: str | os.PathLike[str] | None, resume: bool) -> Iterator[Path | None]:
-    """The folder of the pieces, which no other run writes; it goes at a good end, or where it is empty."""
+def _folder(output: str | os.PathLike[str] | None, resume: bool, run: str) -> Iterator[Path | None]:
+    """The folder of the pieces, which no other run writes; at a good end those of this run are removed.
+
+    It goes where it is empty: the pieces of a stopped run with other settings stay.
+    """
     if output is None:
         yield None
         return
     path = Path(pieces_beside(output))
     with ExitStack() as stack:
         with refusing(str(path)):
-            if not resume and path.is_dir() and _names(path):
+            if not resume and path.is_dir() and _pieces(path):
                 raise UsageError(f"{path}: an unfinished run is kept there; resume it, or remove that folder")
             path.mkdir(exist_ok=True)
             if os.name == "posix":  # others open no folders
@@ -243,24 +246,18 @@ def _folder(output: str | os.PathLike[str] | None, resume: bool) -> Iterator[Pat
                     raise UsageError(f"{path}: another run is writing there")
         try:
             yield path
-            remove_pieces(path)
+            with suppress(OSError):
+                for file in (*_pieces(path, run), *path.glob(f".*{PART}")):
+                    file.unlink(missing_ok=True)
         finally:
             with suppress(OSError):
                 path.rmdir()
 
 
-def _names(folder: Path) -> list[str]:
-    """The names of all pieces in a folder."""
+def _pieces(folder: Path, run: str = "[0-9a-f]{16}") -> list[Path]:
+    """The files of the pieces in a folder, of one run or of all."""
     # of a piece: the checksum of its run's settings, its number
-    return [name for name in os.listdir(folder) if re.fullmatch(r"[0-9a-f]{16}-[0-9]+\.npz", name)]
-
-
-def remove_pieces(folder: Path) -> None:
-    """Remove all pieces in a folder, and the folder where nothing else is in it."""
-    with suppress(OSError):
-        for name in (*_names(folder), *(path.name for path in folder.glob(f".*{PART}"))):
-            (folder / name).unlink(missing_ok=True)
-        folder.rmdir()
+    return [file for file in folder.iterdir() if re.fullmatch(rf"{run}-[0-9]+\.npz", file.name)]
 
 
 def read_arrays(path: Path) -> Arrays:

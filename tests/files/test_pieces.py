@@ -185,6 +185,9 @@ def test_another_run_is_not_mixed_in(stopped, caplog):
         with pytest.raises(UsageError, match="another run is writing there"):
             ended(output=stopped, resume=True)
     assert caplog.messages == [f"goes on from 0 of 3 pieces in {stopped}.parts; 3 others there do not fit"]
+    assert done(stopped) == [0, 1, 2]
+    with run_pieces(Squares(), 3, output=stopped, resume=True):
+        assert caplog.messages[1:] == [f"goes on from 3 of 3 pieces in {stopped}.parts"]
     assert not list(stopped.parent.iterdir())
 
 
