@@ -16,7 +16,7 @@ Y. J. Ahn, *Response of Coupled Frictional Contacts to Cyclic Loading*, PhD thes
 Michigan, 2009: where its equations and figures are in this toolkit, and its printed numbers beside
 computed ones. `python -m benchmarks.thesis` writes this page. Pictures of chapter
 III are those of the study `receding`, all others of `python -m benchmarks reaction_planes worked_examples`
-at fdca7323.
+at commit fdca7323.
 
 Tables with a column "printed" compare the numbers that the thesis prints (0 where it prints "none"); the
 others list what has no printed number. "Difference" is the largest relative one; "same digits": every
@@ -30,7 +30,7 @@ TAIL = """## Why some numbers differ
   exponents are −3.09 and −3.11, and the dissipation 0.554 (`python -m benchmarks receding`). In the ninth
   cycle the outermost nodes of the inner slip region slip again in the last 2 % of the reloading.
 - **5.4: another block.** The thesis prints neither the angle of the plane, nor where the pressure acts,
-  nor matrices. λ_max is a limit with all nodes in contact: from slip zero our block also comes to rest above
+  nor matrices. λ_max is a limit with all nodes in contact: from zero slip our block also comes to rest above
   λ_max, with seven of its nine nodes open.
 - **Chapter VI.** The matrices (6.45) are printed with four digits; the thesis computed with more. So the
   discontinuity point differs in the fourth digit, the end state by 0.5 %. The smaller eigenvalue of H
@@ -43,7 +43,7 @@ TAIL = """## Why some numbers differ
 | (2.12) | B = Bᵀ | B is a general matrix: in its own two-node system B ≠ Bᵀ |
 | (4.21) | sign of the first term | −f p |
 | (5.4) | min and max | the other way round, as in (4.24) |
-| (5.8), (5.10) | signs of the forward line | q + f p − (f p⁰ + q⁰) = 0 |
+| (5.8), (5.10) | signs of the forward line, through (q⁰, p⁰) | q + f p − (f p⁰ + q⁰) = 0 |
 | (6.9) | last term −(B₁₁B₂₂ + B₁₂B₂₁) f² | −(B₁₁B₂₂ − B₁₂B₂₁) f²; the printed sign gives 0.3505, not 0.3557 |
 | (6.22) | D₃₃ | D₂₂ |
 | after (6.31) | A₁₁ − fB₁₁ > 0 | A₁₁ + fB₁₁ > 0 |
@@ -52,17 +52,17 @@ TAIL = """## Why some numbers differ
 | (6.56) | eigenvalues of G | eigenvalues of −G |
 | (6.59) | (24.27, −55.42, 3.33) | (24.2755, −55.4279) = (6.60) − (6.49); (6.58) · P* gives w₂ = 3.345 |
 
-## What we chose
+## Our choices
 
 - Chapters III and V: plane strain and the meshes; in 5.4 the angle and where the pressure acts.
 - 5.3: fifty load steps. No other number from 8 to 2,000 gives all four printed load factors; in the limit
   they are 0.6572, 0.7389, 1.0520, 2.9297.
 - 6.4: the load path to the discontinuity. Both nodes start stuck at q₁ = 2.6, which falls to the 2.5 of
   (6.48).
-- Appendix A: the stiffnesses and the loops. It prints drawings only, with F = −(q_w, p_w).
+- Appendix A: the stiffnesses and the loops. It has only drawings, with F = −(q_w, p_w).
 - (4.14)–(4.17): L_j = [A_j; B_j], rows of node j, is inferred from the product.
 
-Figures 2.1, 4.1, 4.10–4.12, 6.1–6.4, A.1–A.3 and A.5 are not drawn: only their numbers are known to us.
+Figures 2.1, 4.1, 4.10–4.12, 6.1–6.4, A.1–A.3 and A.5 are not drawn: we do not know what they show.
 """
 
 

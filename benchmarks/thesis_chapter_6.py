@@ -74,7 +74,7 @@ def _corner() -> list[Entry]:
             "benchmarks.corner_report.CornerReport.admissible", "0.4218 0.0015 0.2109 -0.0036", report.coefficients,
         ),
         entry(
-            "before (6.55)", "p₂ is used up first: node 2 opens (the toolkit's node 1)", home, "2",
+            "before (6.55)", "p₂ reaches zero first: node 2 opens (the toolkit's node 1)", home, "2",
             report.opening_node + 1,
         ),
     ]  # fmt: skip
@@ -121,7 +121,7 @@ def appendix_a() -> list[Entry]:
             computed=[melan.lower.load_factor, melan.upper.load_factor],
         ),
         entry(
-            "fig. A.6", "separation and stick in turn: jumps, slip in contact per cycle",
+            "fig. A.6", "alternating separation and stick: jumps, slip in contact per cycle",
             "shakedown.long_term_state",
             computed=[separation.jumps_per_cycle, *separation.slip_per_cycle],
             figure="worked-one-node-separation",

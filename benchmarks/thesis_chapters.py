@@ -39,14 +39,14 @@ def chapter_3() -> list[Entry]:
     exponents = [row["exponents"][window] for window in ("5-20", "10-40")]
     study = "benchmarks.receding.zones"
     return [
-        entry("3.2, fig. 3.1", "block h × 4h, strip 2h, f = 0.35, ν = 0.3", "benchmarks.bodies.blocks.receding_block"),
+        entry("3.2, fig. 3.1", "block h × 4h, loaded on 2h, f = 0.35, ν = 0.3", "benchmarks.bodies.blocks.receding_block"),
         entry(
             "fig. 3.2", "nodes whose zone changes during the first loading", study, "0",
             found["first_loading_changes"], figure="receding-histories",
         ),
         entry(
             "fig. 3.3", "unloading to zero: what is left of slips, of gaps", study, "0 0", left,
-            "0 but for round-off", "receding-histories",
+            "0 to within round-off", "receding-histories",
         ),
         entry(
             "fig. 3.4", "tractions at p_max/3, in unloading",
@@ -92,7 +92,7 @@ def chapter_4() -> list[Entry]:
             figure="planes-reactions",
         ),
         entry(
-            "figs 4.13–4.15", "slip space with its moving rows", "shakedown.plot.slip_space",
+            "figs 4.13–4.15", "slip space, extreme limits", "shakedown.plot.slip_space",
             figure="planes-slip",
         ),
         entry("(4.18)", "transient load steps", "shakedown.Problem"),
@@ -102,11 +102,11 @@ def chapter_4() -> list[Entry]:
         ),
         entry("(4.21), (4.24)", "extremal constraints", "shakedown.joint.constraints"),
         entry(
-            "4.3.2", "wedging, |A v| ≤ f B v (that slip is drawn), least f", "shakedown.bounds.friction_thresholds.Wedging",
+            "4.3.2", "wedging, |A v| ≤ f B v (marked), least f", "shakedown.bounds.friction_thresholds.Wedging",
             computed=limits.wedging.value, figure="planes-wedging",
         ),
         entry(
-            "4.3.5", "load factor up to which a given history shakes down, from slip zero", "shakedown.transient_limit",
+            "4.3.5", "load factor up to which a given history shakes down, from zero slip", "shakedown.transient_limit",
             computed=transient.load_factor,
         ),
         entry("4.4", "proof for two nodes", "shakedown.lower_bound"),
@@ -180,7 +180,7 @@ def _nine_nodes() -> list[Entry]:
         ),
         entry(
             "fig. 5.8", "largest slip in the tenth cycle at λ_max from the safe slip: none (here none "
-            "from slip zero either; from the critical slip state it does slip)", "shakedown.motion.evolution", "0",
+            "from zero slip either; from the critical slip state it does slip)", "shakedown.motion.evolution", "0",
             safe if safe > least else 0.0, OTHER_BLOCK, "planes-tenth-cycle",
         ),
     ]  # fmt: skip
