@@ -22,7 +22,7 @@ critical = shakedown.lower_bound(problem).slip
 _, panels = plt.subplots(1, 2, figsize=(10, 4.6), layout="constrained")
 for load_factor, panel in zip((0.8, 1.16), panels, strict=True):
     runs = {
-        "from slip zero": shakedown.simulate(problem, load_factor, (0.0, 0.0), record=True),
+        "from zero slip": shakedown.simulate(problem, load_factor, (0.0, 0.0), record=True),
         "from the critical slip state": shakedown.simulate(problem, load_factor, critical, record=True),
     }
     shakedown.plot.slip_space(problem, load_factor, runs, ax=panel)
