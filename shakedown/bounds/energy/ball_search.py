@@ -390,8 +390,11 @@ def _is_solved(found: FoundBall | Missing) -> TypeGuard[FoundBall]:
 
 
 def _largest_margin(about: LimitsAbout, y: FloatArray, share: float = 1.0) -> tuple[float, float]:
-    """The largest R that the limits leave at y, NaN where they know none, and R − share ‖y‖ [length]."""
-    wide, slack = about.s > 0, about.slack(y)
+    """The largest R that the limits leave at y, NaN where they know none, and R − share ‖y‖ [length].
+
+    What a limit leaves is known to round-off only: none that R hardly changes decides by it.
+    """
+    wide, slack = about.s > 0, about.slack(y) + ROUND_OFF * about.sizes
     radius = float(np.min(slack[wide] / about.s[wide])) if wide.any() else nan
     return radius * about.length, (radius - share * float(np.linalg.norm(y))) * about.length
 

@@ -389,14 +389,13 @@ def _ball(
         return result(limits, Status.INFEASIBLE, NO_SAFE_SLIP if held is None else NOT_HELD)
     if held is not None and not found.value > 0:
         return result(limits, Status.INFEASIBLE, NOT_HELD)
-    spread, slack = found.limits.spread, found.limits.slack(found.slip, load_factor)
     if not leaves_margins(found.limits, found.slip, load_factor, tolerances):
         return result(limits, Status.INFEASIBLE, NO_SLACK)
-    most = float(np.min(slack[spread > 0] / spread[spread > 0]))  # what the limits allow in floats
     wedged = "the centre may move away without end, and the radius grows with it: this is one ball of many"
-    reason, radius = wedged if found.status == Status.UNBOUNDED else "", max(0.0, min(found.radius, most))
-    active = found.limits.names(found.active)
-    return result(found.limits, found.status, reason, found.slip, radius, active)
+    away = 0.0 if held is None else float(limits.metric.norm(found.slip - held)) / limits.metric.unit
+    radius = max(0.0, min(found.radius, found.value + away))
+    reason = wedged if found.status == Status.UNBOUNDED else ""
+    return result(found.limits, found.status, reason, found.slip, radius, found.limits.names(found.active))
 
 
 def _result(

@@ -139,3 +139,15 @@ def test_a_node_whose_load_varies_by_round_off_alone_decides_nothing(noise, seed
 
     exact, off = bound(swing), bound(swing + noise * rng.normal(size=swing.shape))
     assert [off.load_factor, off.certified] == pytest.approx([exact.load_factor] * 2, rel=1e-9)
+
+
+@pytest.mark.parametrize("noise", [1e-17, 1e-15, 1e-12])
+@pytest.mark.parametrize("joint", [strong_joint(2, 3, friction=0.3), space_joint(1, 3)])
+def test_a_slope_of_round_off_does_not_decide_the_radius(joint, noise):
+    """No slip changes the pressure of node 0, and at the largest ball it is at its limit."""
+    rest = np.vstack([0.0 * joint.B[:1], joint.B[1:]])
+    off = np.vstack([noise * np.random.default_rng(0).normal(size=(1, len(joint.A))), joint.B[1:]])
+    at = 0.5 * shakedown.upper_bound(replace(joint, B=rest)).load_factor
+    for state in (None, np.zeros(len(joint.A))):
+        balls = [energy_ball(replace(joint, B=B), at, around=state) for B in (rest, off)]
+        assert balls[1].radius == pytest.approx(balls[0].radius, rel=1e-6)
