@@ -207,7 +207,7 @@ def disc_rows(problem: Problem) -> DiscRows:
         step=step,
         c=constant[node],
         e=triples(law, loop.q1, loop.p1)[step, node],
-        half_spaces=_pressures(problem, loop.p0, -loop.p1, np.arange(problem.m)),
+        half_spaces=_pressure(problem, loop.p0, -loop.p1, np.arange(problem.m), step, node),
         names=np.arange(problem.n),
     )
 
@@ -235,7 +235,7 @@ def zone_rows(zone: Zone, transient: bool = False) -> DiscRows:
     law, steps, (q, p) = problem.law, np.arange(-len(path), 0), problem.layout.split(path)
     node, step = law.extreme_steps(q, p)
     before = triples(law, q, p)[step, node]
-    pressures = _pressures(problem, np.zeros(problem.n), -p, steps)
+    pressures = _pressure(problem, np.zeros(problem.n), -p, steps, step, node)
     pressures = replace(pressures, g=-pressures.d, d=np.zeros_like(pressures.d))
     return replace(
         rows,
@@ -258,18 +258,20 @@ def triples(law: Law, q: FloatArray, p: FloatArray) -> FloatArray:
     return np.concatenate([law.limit(p)[..., None], law.layout.by_node(q)], axis=-1)
 
 
-def _pressures(problem: Problem, p0: FloatArray, less: FloatArray, step: Indices) -> Constraints:
+def _pressure(problem: Problem, p0: FloatArray, less: FloatArray, step: Indices, *at: Indices) -> Constraints:
     """The pressures of nodes without friction, with the load steps (m,) that take most from them.
 
-    ``less`` (m, n) is what they take from p0 (n,) at load factor 1.
+    ``less`` (m, n) is what they take from p0 (n,) at load factor 1; of load steps that take as much it is
+    one of a disc, ``at`` whose load steps and nodes these are.
     """
-    frictionless = problem.law.frictionless
+    frictionless, of_discs = problem.law.frictionless, np.full_like(less, -np.inf)
+    of_discs[at] = less[at]
     return Constraints(
         G=-pressure_stiffness(problem)[frictionless],
         d=less[:, frictionless].max(axis=0),
         g=p0[frictionless],
         node=frictionless,
         side=np.full(len(frictionless), Side.PRESSURE),
-        step=step[less[:, frictionless].argmax(axis=0)],
+        step=step[of_discs[:, frictionless].argmax(axis=0)],
         rigid=rigid_slips(problem),
     )

@@ -1,5 +1,7 @@
 """Nodes without friction: |q| <= f p says nothing of their pressure, which has a row of its own."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import linprog
@@ -37,6 +39,13 @@ def test_a_node_without_friction_may_not_pull(d):
     assert shakedown.safe_slip(joint, 0.9).residual <= 0.0
     assert shakedown.energy_bound(joint).status == Status.INFEASIBLE
     assert shakedown.universal_bound(joint).load_factor <= 1.0
+
+
+@pytest.mark.parametrize("d", [1, 2])
+def test_no_slip_is_safe_where_a_node_without_friction_is_drawn_to_and_fro(d):
+    """Its pressure is constant: that at any load step is the least."""
+    joint = two_nodes(d, swing=0.0)
+    assert shakedown.upper_bound(replace(joint, q_w=np.tile(joint.q_w[:, :d], 2))).load_factor == 0.0
 
 
 @pytest.mark.parametrize("d", [1, 2])
