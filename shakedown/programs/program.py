@@ -8,7 +8,7 @@ from math import frexp, fsum, ldexp, nan, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import HALVINGS, FloatArray
+from shakedown.ground.constants import HALVINGS, FloatArray, Mask
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 
@@ -60,17 +60,18 @@ def typical_size(sizes: FloatArray, otherwise: float = 1.0) -> float:
 
 
 def equilibration(
-    matrix: FloatArray, sweeps: int = DEFAULT.equilibration_sweeps
+    matrix: FloatArray, sweeps: int = DEFAULT.equilibration_sweeps, priced: Mask | slice = slice(None)
 ) -> tuple[FloatArray, FloatArray]:
     """Row and column scales, powers of two, that bring every row and column near the size 1.
 
     Scaling by powers of two is free of round-off. Zero rows and columns keep the scale 1.
     The units of the columns are taken out first: a power of two in them changes no bit of
     what follows. A row with one entry takes any scale, so it says nothing of the unit of its column where
-    another row does.
+    another row does; so it is in the columns with a cost alone, where they are known: the others are a
+    means, and what little they change in another row may be round-off.
     """
     size = np.abs(matrix)
-    alone = np.count_nonzero(size, axis=1) == 1
+    alone = (np.count_nonzero(size, axis=1) == 1) & size[:, priced].any(axis=1)
     coupling = np.where(alone[:, None], 0.0, size)
     coupling = np.where(coupling.any(axis=0), coupling, size)
     units = np.ldexp(1.0, -np.frexp(coupling.max(axis=0, initial=0.0))[1])
@@ -129,7 +130,7 @@ class Program:
     @cached_property
     def scales(self) -> ProgramScales:
         """The units in which the program has numbers near 1."""
-        row, column = equilibration(self.matrix, self.tolerances.equilibration_sweeps)
+        row, column = equilibration(self.matrix, self.tolerances.equilibration_sweeps, self.cost != 0)
         empty = ~self.matrix.any(axis=1)
         sizes = (np.abs(self.right) * row)[~empty]
         if np.any(self.left > -INF):

@@ -108,6 +108,16 @@ def test_load_steps_of_round_off_do_not_hide_lift_off(seed) -> None:
     assert found[1:] == pytest.approx(found[:1] * 2, rel=1e-12)
 
 
+@pytest.mark.parametrize("noise", [1e-16, 1e-13])
+def test_a_pressure_that_another_node_hardly_changes_is_no_lift_off(noise) -> None:
+    """Alone in its limits under a constant load, that node had its slip in units of 1/noise."""
+    A, q_w, p_w = np.diag([3.5, 1.4]), [[0.5, 1.0], [0.5, -1.0]], np.full((2, 2), 2.0)
+    apart, joint = (Problem(A=A, B=[[0.5, 0.0], [x, -0.5]], f=0.4, q_w=q_w, p_w=p_w) for x in (0.0, noise))
+    lower, expected = shakedown.lower_bound(joint, guarantee=True), shakedown.lower_bound(apart)
+    assert lower.load_factor == pytest.approx(expected.load_factor, rel=1e-8)
+    assert (lower.guarantee, lower.uncertified) == ("proved", "")
+
+
 def test_lift_off_takes_the_proof_away() -> None:
     """Little preload on node 1: other nodes' locked-in slip lifts it off below λ_1."""
     problem = Problem(
