@@ -268,7 +268,7 @@ def _left(program: DiscProgram, end: SelfDualSolution) -> float:
     slack = program.limits - program.times(end.x)
     balance = np.abs(program.transposed(end.multipliers) + program.costs).max()
     outside = max(-program.cones.margin(slack), -program.cones.margin(end.multipliers), 0.0)
-    gap = abs(float(slack @ end.multipliers)) / max(abs(float(program.costs @ end.x)), 1e-300)
+    gap = abs(float(slack @ end.multipliers)) / max(abs(float(program.costs @ end.x)), SIX_DIGITS)
     found = max(balance, outside, gap)
     return float(found) if np.isfinite(found) else np.inf
 

@@ -88,6 +88,24 @@ def test_the_good_load_factors_are_an_interval(d):
     assert energy_ball(problem, 0.42).status == "unbounded"
 
 
+@pytest.mark.parametrize("first", [[-1.0, 0.69], [0.07, 2.0]])
+def test_an_interval_that_begins_at_zero_does_so(first):
+    """A vertex that broke a limit by 3 % was taken for the optimum, as the gap was relative to that."""
+    A = np.array([[1.41, -0.08, 0.53, -0.33], [0, 1.11, 0.07, 0.38], [0, 0, 1.42, -0.47], [0, 0, 0, 1.69]])
+    mean = {"q_mean": [0.07, 0.69, -0.23, 0.39], "p_mean": [2.98, 1.39]}
+    joint = Problem(
+        A=np.triu(A, 1).T + A,
+        B=[[0.0, 0.0, 0.0, 0.0], [0.45, 0.24, 0.1, 0.0]],
+        f=[0.58, 0.19],
+        q_w=[[*first, -0.23, 0.39], [0.07, 0.69, -2.01, 0.39]],
+        p_w=[mean["p_mean"]] * 2,
+        q_transient=[mean["q_mean"]],
+        p_transient=[[3.67, 2.02]],
+        **mean,
+    )
+    assert energy_bound(joint, split=False).least_load_factor == 0.0
+
+
 @pytest.mark.parametrize("problem", [strong_joint(1, 3), space_joint(0, 3)])
 def test_a_ball_that_is_larger_breaks_a_limit(problem):
     ball, limits = energy_ball(problem, 0.3, split=False), ball_limits(contact_zone(problem, ()))
