@@ -263,7 +263,7 @@ def friction_thresholds(problem: Problem, *, tolerances: Tolerances = DEFAULT) -
     (array([0.7608, 2.0225]), 0.6306, (0, 1))
     """
     require_plane("friction thresholds", problem, NO_SIGNS)
-    factor = bool(np.ptp(problem.f) > 0)
+    factor = bool(np.ptp(problem.f) > NEGLIGIBLE * problem.f.max())
     stiffness = scaled_stiffness(problem, problem.f if factor else np.ones(problem.n), tolerances)
     contact, anywhere = _uniqueness(stiffness, separation=False), None
     if problem.C is not None:

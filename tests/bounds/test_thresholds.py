@@ -112,6 +112,7 @@ def test_individual_coefficients_give_a_common_factor():
     limits = shakedown.friction_thresholds(shakedown.Problem(f=[0.35, 0.7], **values))
     halved = shakedown.friction_thresholds(shakedown.Problem(f=[0.175, 0.35], **values))
     assert limits.factor
+    assert not shakedown.friction_thresholds(shakedown.Problem(f=[0.3, 3 * 0.1], **values)).factor
     assert limits.single_node == pytest.approx([0.7608, 2.0225], abs=5e-5)
     assert halved.uniqueness.value == pytest.approx(2 * limits.uniqueness.value)
     assert halved.wedging.value == pytest.approx(2 * limits.wedging.value)
