@@ -269,10 +269,13 @@ class BallLimits:
         terms = np.maximum(np.maximum(moved, loads), np.maximum(left, need))
         return np.where(terms > 0, terms, 1.0)
 
+    def relative_slack(self, slip: FloatArray, load_factor: float, radius: float = 0.0) -> FloatArray:
+        """The slack of every disc and row, relative to its largest term, (K + k,)."""
+        return self.slack(slip, load_factor, radius) / self.sizes(slip, load_factor, radius)
+
     def residual(self, slip: FloatArray, load_factor: float, radius: float) -> float:
         """The largest violation of a limit by a ball, relative to its terms."""
-        excess = -self.slack(slip, load_factor, radius)
-        return float(np.max(excess / self.sizes(slip, load_factor, radius)))
+        return -float(np.min(self.relative_slack(slip, load_factor, radius)))
 
     def names(self, indices: Places) -> tuple[tuple[int, int], ...]:
         """(node, side) of some rows, (node, load step) of some discs, in order, each once."""

@@ -212,8 +212,7 @@ def ball_margin(limits: BallLimits, start: FloatArray, distance: float) -> tuple
     y, w = _centre(about.centre_program(ball=True))
     load_factor, radius = max(float(w[-2]), 0.0), float(np.linalg.norm(y)) + about.offset
     slip = start + limits.metric.inverse @ y * about.length
-    margin = about.margin(y, radius, load_factor)
-    return slip, load_factor * about.load_unit, margin
+    return slip, load_factor * about.load_unit, about.margin(y, radius, load_factor)
 
 
 def safest(limits: BallLimits, load_factor: float) -> tuple[FloatArray, float]:

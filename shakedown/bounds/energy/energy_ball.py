@@ -429,7 +429,7 @@ def leaves_margins(limits: BallLimits, slip: FloatArray, load_factor: float, tol
 
     The ball needs no slack at a limit with spread 0, but the proof needs a margin there too.
     """
-    tight = limits.slack(slip, load_factor) <= tolerances.feasibility * limits.sizes(slip, load_factor)
+    tight = limits.relative_slack(slip, load_factor) <= tolerances.feasibility
     return not tight.any() or safest(limits, load_factor)[1] > tolerances.feasibility
 
 

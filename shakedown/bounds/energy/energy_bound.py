@@ -23,7 +23,7 @@ from shakedown.bounds.energy.ball_limits import (
 from shakedown.bounds.energy.ball_search import FoundBall, ball_margin, largest_load_factor, least_load
 from shakedown.bounds.energy.energy_ball import BallEvidence, EnergyCertificate, closed_radius, no_bound
 from shakedown.bounds.largest_load_factor import chosen_zone
-from shakedown.ground.constants import CONVERGED, NEGLIGIBLE, THREE_DIGITS, FloatArray
+from shakedown.ground.constants import CONVERGED, NEGLIGIBLE, ROUND_OFF, THREE_DIGITS, FloatArray
 from shakedown.ground.errors import Missing, UsageError, attempt
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -228,9 +228,9 @@ def _may_open_in_a_jump(joint: Problem, limits: BallLimits, found: Bound) -> boo
         return found.status == Status.UNBOUNDED
     if found.radius >= closed_radius(joint, limits.metric, found.slip, (0.0, found.load_factor)):
         return True
-    slack = limits.shared(found.share).slack(found.slip, 0.0, found.radius / limits.metric.unit)
-    under_constant_load = slack[: len(limits.node)][limits.step >= 0]
-    return not _is_centred(joint) and bool((under_constant_load < 0.0).any())
+    slack = limits.shared(found.share).relative_slack(found.slip, 0.0, found.radius / limits.metric.unit)
+    under_constant_load = slack[: len(limits.node)][limits.step >= 0]  # which may be one of the load steps
+    return not _is_centred(joint) and bool((under_constant_load < -ROUND_OFF).any())
 
 
 def _is_centred(joint: Problem) -> bool:

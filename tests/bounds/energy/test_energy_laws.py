@@ -169,3 +169,17 @@ def test_a_slope_of_round_off_does_not_decide_the_radius(joint, noise):
     for state in (None, np.zeros(len(joint.A))):
         balls = [energy_ball(replace(joint, B=B), at, around=state) for B in (rest, off)]
         assert balls[1].radius == pytest.approx(balls[0].radius, rel=1e-6)
+
+
+@pytest.mark.parametrize("seed", [3, 8, 9, 15])
+def test_a_limit_that_the_constant_load_reaches_does_not_hide_a_proof(seed):
+    """One node is drawn aside and let go, the other under the constant load at its limit: by round-off beyond."""
+    joint, rng = space_joint(seed, 2, m=1), np.random.default_rng(seed)
+    q1, p_w = np.vstack([rng.normal(size=(2, 2)), np.zeros(2)]), np.tile(joint.p_w, (3, 1))
+    loop = {"q_w": joint.q_w + q1 @ np.eye(2, 4), "p_w": p_w, "q_mean": joint.q_w[0], "p_mean": joint.p_w[0]}
+    found = [
+        energy_bound(replace(joint, **{key: unit * np.array(load) for key, load in loop.items()})).load_factor
+        for unit in (1.0, 3.7, 0.3)
+    ]
+    assert found[1:] == pytest.approx(found[:1] * 2, rel=1e-9)
+    assert found[0] > 1.05 * energy_bound(replace(joint, **loop), split=False).load_factor
