@@ -35,6 +35,7 @@ from shakedown.long_term.simulation import check_slip_below
 Make = Callable[[Any], Problem] | Mapping[Any, Problem]
 
 SLOWEST = 0.5  # least order of convergence; below it the extrapolated limit is too uncertain
+FASTEST = 4.25  # above 4, the order of energies on quadratic elements, meshes are too coarse to have one
 NEAR = 0.25  # largest relative distance of the extrapolated limit; beyond twice this it is open
 AVERAGED = "averaged_impossible_above"
 COLUMNS = (*THREE_NUMBERS, AVERAGED, "work", "largest_slip", "slip_limit", "creep", "creep_proved")
@@ -55,8 +56,9 @@ class Trend(NamedTuple):
     limit
         The limit that it converges to, extrapolated; NaN where it does not converge.
     order
-        Order of convergence, p of a + c h^p; NaN where the last changes are too small or change sign. Where
-        the numbers fall or grow it is the exponent s of h^s between the last two meshes. Else NaN.
+        Order of convergence, p of a + c h^p; NaN where the last changes are too small, change sign, or fall
+        faster than by any elements, as the meshes are too coarse to tell it. Where the numbers fall or grow
+        it is the exponent s of h^s between the last two meshes. Else NaN.
     """
 
     verdict: str
@@ -94,10 +96,10 @@ def trend(size: FloatArray, values: FloatArray) -> Trend:
         return Trend(CONVERGES, last)
     if second == last == 0.0:
         return Trend(FALLS)
-    if before * now <= 0.0:
+    order = _order(h, before / now) if before * now > 0.0 else inf
+    if order > FASTEST:
         ends = abs(now) <= min(0.5 * abs(before), MINOR * abs(last))
         return Trend(CONVERGES, last) if ends else Trend(UNDECIDED)
-    order = _order(h, before / now)
     left = now / ((h[1] / h[2]) ** order - 1.0) if order > 0.0 else inf * now
     near, power = abs(left) <= NEAR * abs(last), nan
     if near and order >= SLOWEST:
@@ -112,8 +114,7 @@ def trend(size: FloatArray, values: FloatArray) -> Trend:
 
 
 def _order(h: list[float], ratio: float) -> float:
-    """p of a + c h^p, of which the ratio of two changes is known; 0 where no p > 0 has it."""
-    fastest = 8.0  # largest order; above it the last change is meaningless
+    """p of a + c h^p, of which the ratio of two changes is known; 0 where no p > 0 has it, inf where fast."""
 
     def excess(p: float) -> float:
         # (h0^p − h1^p) / (h1^p − h2^p), by expm1 good near p = 0 as well
@@ -121,7 +122,7 @@ def _order(h: list[float], ratio: float) -> float:
 
     if excess(1e-6) >= 0.0:
         return 0.0
-    return fastest if excess(fastest) <= 0.0 else float(brentq(excess, 1e-6, fastest, xtol=1e-12))
+    return inf if excess(FASTEST) < 0.0 else float(brentq(excess, 1e-6, FASTEST, xtol=1e-12))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
