@@ -171,7 +171,7 @@ def _solved(
     radius = value = gap = nan
     if end.status == Status.OPTIMAL:
         radius, value = allowed(end.x[:r])
-        if end.accuracy <= 10 * ROUND_OFF or not np.isfinite(value):
+        if end.accuracy <= NEGLIGIBLE or not np.isfinite(value):
             value = float(end.x[-1]) / unit
         most = _proved(program, end) / unit
         gap = most / value - 1.0 if value > 0 else most

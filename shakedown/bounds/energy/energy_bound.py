@@ -275,7 +275,7 @@ def _optimal(found: FoundBall, start: FloatArray, distance: float, least: float)
     limits = found.limits
     load_factor = max(found.value, 0.0)
     sizes = limits.sizes(found.slip, load_factor, found.radius)
-    uncertain = CONVERGED * float(found.every_multiplier @ sizes)
+    uncertain = max(CONVERGED, found.solution.accuracy) * float(found.every_multiplier @ sizes)
     if uncertain > NEGLIGIBLE * load_factor:  # digits are lost beside the constant load: rounded down by all
         load_factor = max(load_factor - uncertain, 0.0)
     return Bound(

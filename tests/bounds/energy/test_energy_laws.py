@@ -171,6 +171,18 @@ def test_a_slope_of_round_off_does_not_decide_the_radius(joint, noise):
         assert balls[1].radius == pytest.approx(balls[0].radius, rel=1e-6)
 
 
+@pytest.mark.parametrize("seed", [1, 3, 6, 8, 10])
+def test_a_load_step_next_to_the_constant_load_decides_nothing(seed):
+    joint, rng = space_joint(seed, 1, m=1), np.random.default_rng(seed)
+    swing = np.array([0.0, 1.0, 2.0, 0.0])[:, None] * rng.normal(size=2)
+    still = {"q_mean": joint.q_w[0], "p_mean": joint.p_w[0], "p_w": np.tile(joint.p_w, (4, 1))}
+    exact, off = (
+        energy_bound(replace(joint, B=0.0 * joint.B, q_w=joint.q_w + loads, **still), split=False)
+        for loads in (swing, swing + 1e-11 * rng.normal(size=swing.shape))
+    )
+    assert off.load_factor == pytest.approx(exact.load_factor, rel=1e-8)
+
+
 @pytest.mark.parametrize("seed", [3, 8, 9, 15])
 def test_a_limit_that_the_constant_load_reaches_does_not_hide_a_proof(seed):
     """One node is drawn aside and let go, the other under the constant load at its limit: by round-off beyond."""
