@@ -100,10 +100,8 @@ class Assessment(Result):
             return Outcome.SHAKEDOWN
         from shakedown.long_term.find_state import long_term_state  # loads compiled code
 
-        limits = self.details
-        return long_term_state(
-            limits.problem, AS_GIVEN, limits.initial_slip, tolerances=limits.tolerances
-        ).outcome
+        start, tolerances = self.details.initial_slip, self.details.tolerances
+        return long_term_state(self.problem, AS_GIVEN, start, tolerances=tolerances).outcome
 
     def to_dict(self) -> dict[str, Any]:
         """The three numbers, and what they decide about the nominal load; nothing is simulated."""
@@ -189,10 +187,8 @@ def second_bounds(problem: Problem, bounds: ShakedownBounds, tolerances: Toleran
     upper = conic_upper_bound(problem, open_nodes=bounds.upper.open_nodes, tolerances=tolerances)
     if isinstance(bounds.lower, Missing):
         return SecondBounds(None, upper, 0)
-    nodes = np.argsort(bounds.lower.collapse_limits, kind="stable").tolist()  # unknown limits come first
-    if bounds.lower.node in nodes:
-        nodes.remove(bounds.lower.node)
-        nodes.insert(0, bounds.lower.node)
+    limits = bounds.lower.collapse_limits
+    nodes = np.lexsort((limits, np.arange(len(limits)) != bounds.lower.node)).tolist()
     # all up to a size, as the cost grows as n³; of larger joints those that collapse first
     nodes = nodes if len(nodes) <= 60 else nodes[:8]
     return SecondBounds(conic_lower_bound(problem, nodes=nodes, tolerances=tolerances), upper, len(nodes))
@@ -224,9 +220,8 @@ def independent_findings(
             yield False if seen else None, text
         elif first.reduced_accuracy:
             yield None, f"{name}: by {method} only to reduced accuracy (1e-7)"
-    if isinstance(lower, Missing):
+    if isinstance(lower, Missing) or second.nodes == lower.problem.n:
         return
-    n = lower.problem.n
-    if second.nodes < n and lower.load_factor > tolerances.feasibility:
-        asked = f"{second.nodes} of {n} nodes, those that collapse first"
+    if lower.load_factor > tolerances.feasibility:
+        asked = f"{second.nodes} of {lower.problem.n} nodes, those that collapse first"
         yield None, f"λ_1: the independent solver has sought it at {asked}"

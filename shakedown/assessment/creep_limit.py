@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from math import inf, isfinite, nan
 from typing import Any, ClassVar
 
@@ -154,14 +155,13 @@ def creep_limit(
 class _Search:
     """The proofs, the scan, and the programs that follow it."""
 
-    limits: Any
+    limits: JointLimits
     most_unknowns: int  # of the programs of Theorem 3
 
     @property
     def problem(self) -> Problem:
         """The joint."""
-        found: Problem = self.limits.problem
-        return found
+        return self.limits.problem
 
     @cached_property
     def start(self) -> FloatArray:
@@ -195,8 +195,7 @@ class _Search:
             known["path"] = path, EVERY
             proved = path
         by = {source for each, source in known.values() if each >= proved > 0}
-        runs = self.history.runs
-        grid = sorted(runs)
+        grid = sorted(self.history.runs)
         evidence = Creep(
             proved=proved,
             proved_from=next((source for source in (ANY_ORDER, EVERY, THIS) if source in by), ""),
@@ -250,11 +249,9 @@ class _Search:
         first = max(low, FOUR_DIGITS * end)
         grid = np.geomspace(first, end, SCANNED + 1)[int(low == first) :]
         wanted = self.limits.accuracy or (FOUR_DIGITS if takes_long(self.problem) else SIX_DIGITS)
-        below = low
-        for high in grid.tolist():
+        for below, high in pairwise([low, *grid.tolist()]):
             if self._creeps(high):
                 return bisected(lambda x: not self._creeps(x), below, high, lambda x: wanted * x)[1], end
-            below = high
         return inf, end
 
     def _creeps(self, load_factor: float) -> bool:

@@ -196,8 +196,7 @@ class DampingCurve(Result):
                 columns |= {f"{end}_{word}": values for word, values in getattr(self, end).items()}
             columns["unique"] = self.unique
         units = self.units if self.unit.load else {}
-        own = {word: word.removeprefix("least_").removeprefix("largest_") for word in columns}
-        of = {word: units.get(own[word], "") for word in columns}
+        of = {word: units.get(word.removeprefix("least_").removeprefix("largest_"), "") for word in columns}
         write_table(path, {with_unit(word, of[word]): column for word, column in columns.items()})
 
 
@@ -286,11 +285,10 @@ def damping(
     check_seed(seed)
     alone = _alone_varying(problem, number)
     loaded = _LoadedJoint(problem, number, alone, start, opened, max_cycles, tolerances)
-    rows = list[_Row]()
+    rows, say = list[_Row](), progress or (lambda done, total: None)
     for row in loaded.rising(values):
         rows.append(row)
-        if progress is not None:
-            progress(len(rows), len(values))
+        say(len(rows), len(values))
     limits = _limits(loaded, values, rows, "auto" if isinstance(open_nodes, str) else opened)
     slips, unique = np.zeros((0, len(start))), np.zeros(len(values), dtype=bool)
     if states is not None:
@@ -299,8 +297,7 @@ def damping(
     work = partial(loaded.followed, values, slips, unique)
     for done, (which, runs) in enumerate(finished(work, range(len(slips)), executor, workers), start=1):
         of_states[:, which] = runs
-        if progress is not None:
-            progress(done, len(slips))
+        say(done, len(slips))
     return _curve(loaded, values, rows, limits | {"unique": unique, "states": slips, "of_states": of_states})
 
 

@@ -210,7 +210,7 @@ class _Optimum:
     def friction(self) -> Slopes:
         """Slopes for the friction of every node, and for a factor on all of them."""
         rubs = self.zone.constraints.sided[self.row]
-        p = self._condensed(self._total)[1] + self.zone.joint.B @ self.slip
+        p = self._condensed(np.add(*self._loads))[1] + self.zone.joint.B @ self.slip
         gain = np.where(rubs, self.scale * p[:, np.where(rubs, self.row // 2, 0)] - self.needs, 0.0)
 
         def of(change: FloatArray) -> float:
@@ -257,10 +257,6 @@ class _Optimum:
         constant = np.vstack([np.tile(joined(loop.q0, loop.p0), (problem.m, 1)), before])
         return constant, self.load_factor * np.vstack([joined(loop.q1, loop.p1), np.zeros_like(before)])
 
-    @property
-    def _total(self) -> FloatArray:
-        return self._loads[0] + self._loads[1]
-
     def _condensed(self, loads: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Welded reactions of the closed nodes with the open ones free, and their gaps at zero slip."""
         zone, layout = self.zone, self.zone.problem.layout
@@ -279,7 +275,7 @@ class _Optimum:
     @cached_property
     def _tied(self) -> NDArray[np.bool_]:
         """The load steps that determine each row, (m + k, rows)."""
-        loads, layout = self._total, self.zone.problem.layout
+        loads, layout = np.add(*self._loads), self.zone.problem.layout
         step = np.arange(len(loads))[:, None]
         slacks = np.where((step >= self.zone.problem.m) == self.before, self._slacks(loads), np.inf)
         tangential, normal = np.abs(loads), np.abs(loads)
