@@ -69,6 +69,9 @@ class Tolerances:
     periodicity
         How far one period may miss a long-term state, relative to the length
         scale; slip per period of that size counts as none.
+    slip_change
+        Change of a period of a motion in space, relative to its slip, below which it is a cycle if its slip
+        lasts to three digits. For motions that never come to rest, as above λ_max: others may do so slowly.
     same_cycle
         Limit cycles whose slips differ by less than this, relative to the length scale,
         are one.
@@ -99,6 +102,7 @@ class Tolerances:
     path: float = 1e-8
     rate: float = 1e-13
     periodicity: float = 1e-10
+    slip_change: float = 0.0
     same_cycle: float = 1e-7
     equilibration_sweeps: int = 4
 
@@ -111,9 +115,7 @@ class Tolerances:
                 raise UsageError(f"Tolerances: {each.name}: expected {whole} >= 0, found {short(value)}")
 
     def __repr__(self) -> str:
-        changed = [
-            f"{d.name}={getattr(self, d.name)!r}" for d in fields(self) if getattr(self, d.name) != d.default
-        ]
+        changed = [f"{k}={v!r}" for k, v in vars(self).items() if v != getattr(Tolerances, k)]
         return f"Tolerances({', '.join(changed)})"
 
 

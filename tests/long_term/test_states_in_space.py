@@ -231,3 +231,14 @@ def test_a_body_that_moves_only_where_nodes_open_slips_in_a_cycle():
         motion.cycle()
     assert state.outcome == Outcome.CYCLIC_SLIP
     assert np.abs(state.final_slip - motion.state.u[:4]).max() <= state.error
+
+
+def test_where_rest_is_excluded_slip_is_known_to_three_digits_sooner():
+    problem = shakedown.example("block-3x3")
+    beyond = 1.05 * shakedown.upper_bound(problem).load_factor
+    exact = shakedown.long_term_state(problem, beyond)
+    found = shakedown.long_term_state(problem, beyond, tolerances=Tolerances(slip_change=1e-4))
+    assert found.outcome == exact.outcome
+    assert found.cycles_simulated < exact.cycles_simulated
+    assert found.slip_per_cycle == pytest.approx(exact.slip_per_cycle, abs=1e-3 * exact.slip_per_cycle.max())
+    assert 0.0 < np.abs(found.final_slip - exact.final_slip).max() < found.error

@@ -154,7 +154,7 @@ class SteadySearch:
 
     def _approaches(self) -> LongTermState | None:
         """The outcome where the change falls along a line to a cycle that is next to the state."""
-        p = self.leaps.period
+        p, found = self.leaps.period, None
         if not self.cycles.leaps or len(self.cycles.states) <= p:
             return None
         decay, now = self.leaps.last()
@@ -165,16 +165,18 @@ class SteadySearch:
             if left <= SEVEN_DIGITS or self._rests_unseen(now):
                 return self._slip_fades()
         slip = float(np.linalg.norm(now.slip * self.measure.slips))
-        if now.size > SIX_DIGITS * slip:
-            return None
+        # enough where rest is excluded: another slip that lasts as long may yet end
+        little = self.cycles.motion.tolerances.slip_change * slip
+        if now.size <= little and decay.slip_lasts(now) and not self.cycles.records[-1].opened.any():
+            found = self._slips_for_ever(p)
+        if found is not None or now.size > SIX_DIGITS * slip:
+            return found
         # what may be left of the way to a cycle along a line, of that so far
         if left <= 1e-5 and decay.slip_lasts(now):
             return self._slips_for_ever(p)
-        if not decay.comes_to_a_cycle(now, self.measure, PERIODIC * slip):
-            self.cycle_since = 0
-        elif not self.cycle_since:
-            self.cycle_since = self.cycles.count
-        elif self.cycle_since <= self.cycles.count - SLOW_AFTER:
+        expected = decay.comes_to_a_cycle(now, self.measure, PERIODIC * slip)
+        self.cycle_since = (self.cycle_since or self.cycles.count) if expected else 0
+        if expected and self.cycle_since <= self.cycles.count - SLOW_AFTER:
             return self._slips_for_ever(p, long_expected=True)
         return None
 
