@@ -6,7 +6,7 @@ judged whether the edge of the mesh determines a limit (docs/mesh.md).
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property, partial
+from functools import cached_property
 from math import inf, isfinite, isinf, isnan, nan
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
@@ -21,11 +21,12 @@ from shakedown.bounds.friction_thresholds import FrictionThresholds, friction_th
 from shakedown.bounds.onset import Onset, first_opening, first_slip, leaves_cone
 from shakedown.bounds.registry import BOUNDS, BoundKind, Claim, kinds_of, takes_long
 from shakedown.bounds.upper import upper_bound
-from shakedown.ground.constants import CONE, EACH_SHOWN, NOTABLE, FloatArray
+from shakedown.ground.constants import CONE, EACH_SHOWN, FOUR_DIGITS, NOTABLE, FloatArray
 from shakedown.ground.errors import Missing, SolverError, attempt, attempt_any, present
 from shakedown.ground.shown_values import plain, short
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.work_limit import limited_work
 from shakedown.joint.arguments import checked
 from shakedown.joint.constraints import Side, constraints, step_loads, through_transient
 from shakedown.joint.contact_surface import surface_of
@@ -35,8 +36,10 @@ from shakedown.joint.result import Result
 
 if TYPE_CHECKING:
     from shakedown.assessment.transient_limit import SlipLimit
+    from shakedown.long_term.simulation import Simulation
 
 
+WORK_BEYOND = 2e10  # multiplications and additions that a run may take which is proved to slip for ever
 THREE_NUMBERS = "impossible_above", "proved_from_this_state", "proved_from_every_state"
 REFUTED = "round-off decides: its load factor is {:.7g}, although no slip is safe above {:.7g}"
 
@@ -338,13 +341,29 @@ class JointLimits(Result):
         In the plane the largest. In space, where one that holds a slip is found sooner, the one that holds
         this state best where λ_E proves it, above λ_E a slip that is safe there.
         """
-        if load_factor not in self._balls:
+        if load_factor not in self._kept:
             above = not self.open_nodes and load_factor > self.upper.load_factor
-            self._balls[load_factor] = Missing(NO_SAFE_SLIP) if above else attempt(self._ball_at, load_factor)
-        return self._balls[load_factor]
+            self._kept[load_factor] = Missing(NO_SAFE_SLIP) if above else attempt(self._ball_at, load_factor)
+        found: EnergyBall | Missing = self._kept[load_factor]
+        return found
+
+    def slip_beyond(self, load_factor: float, start: FloatArray, cycles: int) -> "Simulation":
+        """The simulation above λ_max from a start, made once, to three digits; given up where it takes long.
+
+        That it slips in every cycle is proved, while all nodes stay in contact.
+        """
+        from shakedown.long_term.simulation import simulate  # loads compiled code
+
+        key, rough = (load_factor, start.tobytes(), cycles), replace(self.tolerances, slip_change=FOUR_DIGITS)
+        if key not in self._kept:
+            with limited_work(WORK_BEYOND):
+                self._kept[key] = simulate(self.problem, load_factor, start, cycles=cycles, tolerances=rough)
+        found: Simulation = self._kept[key]
+        return found
 
     @cached_property
-    def _balls(self) -> dict[float, EnergyBall | Missing]:
+    def _kept(self) -> dict[object, Any]:
+        """Balls by their load factor, simulations above λ_max by what they depend on."""
         return {}
 
     def _ball_at(self, load_factor: float) -> EnergyBall:
@@ -367,8 +386,8 @@ class JointLimits(Result):
 
         if self.open_nodes:
             return
-        origin = partial(MotionStart, self.problem, 0.0, self.tolerances, open_nodes=())
         found, _ = self.energy, self.upper
+        origin = MotionStart(self.problem, 0.0, self.tolerances, found.initial_slip, ())
         for name, limit in vars(self).items():
             kind = BOUNDS.get(name)
             if kind is None or not isinstance(limit, Bound):
@@ -376,7 +395,7 @@ class JointLimits(Result):
             if kind.claim in (Claim.IMPOSSIBLE, Claim.EVERY_STATE):
                 known_limits(self.problem)[name] = limit
             elif kind.claim == Claim.THIS_STATE and self.distance == 0.0 and not limit.undecided:
-                store_bound(origin(start=found.initial_slip), limit)
+                store_bound(origin, limit)
 
     @cached_property
     def mesh(self) -> MeshCheck:
@@ -437,11 +456,9 @@ class JointLimits(Result):
     def proved_from_this_state(self) -> float:
         """The largest limit proved for the state in question; NaN where a program did not end."""
         here = self.from_state
-        known = [nan if here.least_load_factor > 0 else here.load_factor, self._as_one_of_all]
-        proved = [number for number in known if not isnan(number)]
-        if proved:
-            return max(proved)
-        return nan if here.undecided else 0.0
+        own = nan if here.least_load_factor > 0 else here.load_factor
+        proved = float(np.fmax(own, self._as_one_of_all))
+        return 0.0 if isnan(proved) and not here.undecided else proved
 
     @property
     def _as_one_of_all(self) -> float:

@@ -16,6 +16,7 @@ from shakedown.ground.constants import NEGLIGIBLE, SIX_DIGITS, FloatArray
 from shakedown.ground.errors import Missing, attempt, present
 from shakedown.ground.shown_values import FEW_DIGITS
 from shakedown.ground.status import Status
+from shakedown.ground.work_limit import limited_work
 from shakedown.joint.constraints import transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -25,6 +26,7 @@ UNSAFE, BELOW, BETWEEN, ABOVE = "below λ_lo", "below λ_1", "between", "above �
 PROVED = "below λ_U"  # for a load domain, where λ_1 predicts nothing, and in space, where it does not exist
 IN_ZONE, OUTSIDE = "zone is safe", "zone is not safe"  # between λ_lo and λ_max of a zone, and elsewhere
 NO_ZONE = "no zone is safe"  # all were tried
+WORK_OF_START = 1e10  # multiplications and additions on the way to a random state: some seconds
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -69,6 +71,11 @@ class Case(Result):
     def proved(self) -> bool:
         """Whether shakedown is proved from this very state."""
         return self.in_ball or self.bounded
+
+    @property
+    def only_slips(self) -> bool:
+        """Whether it is proved not to come to rest, at another load factor than the nominal one."""
+        return self.region == ABOVE and self.load_factor != AS_GIVEN
 
     @property
     def predicted(self) -> str:
@@ -185,10 +192,11 @@ def _cases_at(limits: JointLimits, load_factor: float, random_states: int, seed:
     states |= _given_states(problem)
     for k in range(random_states):
         generator = np.random.default_rng([seed, k])
-        # within the loads of the loop few joints slip
-        states[f"random {k}"] = slip_after_transient(
-            problem, load_factor, generator, overload=2.0, tolerances=limits.tolerances
-        )
+        with limited_work(WORK_OF_START):
+            # within the loads of the loop few joints slip
+            states[f"random {k}"] = slip_after_transient(
+                problem, load_factor, generator, overload=2.0, tolerances=limits.tolerances
+            )
     states |= _states_in_ball(limits, load_factor, states.values(), seed)
     nominal = _first_state(problem)[0] if load_factor == AS_GIVEN else ""
     at: dict[str, Any] = {"region": region_of(load_factor, limits), "load_factor": load_factor}

@@ -14,7 +14,7 @@ from shakedown.bounds.bound_result import Bound, Evidence
 from shakedown.bounds.registry import takes_long
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.argument_kinds import check_count
-from shakedown.ground.constants import FOUR_DIGITS, MOST_ENTRIES, SIX_DIGITS, THREE_DIGITS, FloatArray
+from shakedown.ground.constants import CYCLES, FOUR_DIGITS, MOST_ENTRIES, SIX_DIGITS, THREE_DIGITS, FloatArray
 from shakedown.ground.errors import Missing, UsageError, attempt
 from shakedown.ground.shown_values import down
 from shakedown.ground.status import Outcome, Status
@@ -102,16 +102,12 @@ def of_joint(limits: Any) -> Bound | Missing | None:
     if end is None:
         return None
     limits.note_what_is_known()
-    # few digits where following a joint takes seconds, and longer near λ_T
-    usual = FOUR_DIGITS if takes_long(limits.problem) else SIX_DIGITS
-    return attempt(
-        transient_limit,
-        limits.problem,
-        limits.initial_slip,
-        largest=end,
-        accuracy=limits.accuracy or usual,
-        tolerances=limits.tolerances,
-    )
+    problem = limits.problem
+    history = History(problem, checked_initial_slip(problem, limits.initial_slip), (), limits.tolerances)
+    if takes_long(problem) and not limits.open_nodes:
+        history.runs[end] = limits.slip_beyond(end, history.start, CYCLES).settled
+    usual = FOUR_DIGITS if takes_long(problem) else SIX_DIGITS  # following it takes seconds, longer near λ_T
+    return attempt(scanned_limit, history, end, SCANNED, limits.accuracy or usual)
 
 
 @checked
@@ -175,14 +171,7 @@ def transient_limit(
     top = _end(problem, opened, tolerances) if largest is None else largest
     if top is None:
         raise UsageError("largest: expected a load factor, as λ_max is not finite and positive, found none")
-    check_scan(top, steps, accuracy)
-    top = float(top)
-    history = History(problem, start, opened, tolerances)
-    scan = np.union1d(np.linspace(0.0, top, steps + 1), _certain(history, top)).tolist()
-    good = [k for k, load_factor in enumerate(scan) if history.shakes_down(load_factor)]
-    low, high = (scan[good[-1]], [*scan, inf][good[-1] + 1]) if good else (nan, scan[0])
-    # of the end of the scan: limit of bisection towards an undecided outcome in space
-    return _found(history, *_narrowed(history, low, high, accuracy * top, THREE_DIGITS * top))
+    return scanned_limit(History(problem, start, opened, tolerances), top, steps, accuracy)
 
 
 @dataclass(frozen=True)
@@ -210,6 +199,17 @@ class History:
     def shakes_down(self, load_factor: float) -> bool:
         """Whether it shakes down at a load factor."""
         return self.at(load_factor).outcome == Outcome.SHAKEDOWN
+
+
+@on_one_thread
+def scanned_limit(history: History, top: float, steps: int, accuracy: float) -> Bound:
+    """λ_T of a history, scanned up to an end."""
+    check_scan(top, steps, accuracy)
+    scan = np.union1d(np.linspace(0.0, top, steps + 1), _certain(history, top)).tolist()
+    good = [k for k, load_factor in enumerate(scan) if history.shakes_down(load_factor)]
+    low, high = (scan[good[-1]], [*scan, inf][good[-1] + 1]) if good else (nan, scan[0])
+    # of the end of the scan: limit of bisection towards an undecided outcome in space
+    return _found(history, *_narrowed(history, low, high, accuracy * top, THREE_DIGITS * top))
 
 
 def _certain(history: History, top: float) -> list[float]:
@@ -444,10 +444,6 @@ def slip_limit(
             found[load_factor] = slip_criterion(history.at(load_factor), slip_below, tolerances)
         return found[load_factor].met is True
 
-    def first_change() -> tuple[float, float]:
-        high = min((x for x in found if not met(x)), default=inf)
-        return max((x for x in found if x < high), default=nan), high
-
     top = largest or _end(problem, (), tolerances) or 1.0
     # at most so many doublings of the end of the scan, while slips there are small enough
     for _ in range(10):
@@ -455,8 +451,9 @@ def slip_limit(
             top *= 2.0
     for load_factor in np.linspace(0.0, top, steps + 1).tolist():
         met(load_factor)
-    bisected(met, *first_change(), lambda _: accuracy * top)
-    low, high = first_change()
+    first = min((x for x in found if not met(x)), default=inf)
+    last = max((x for x in found if x < first), default=nan)
+    low, high = bisected(met, last, first, lambda _: accuracy * top)
     at_low = found.get(low, SlipCriterion(slip_below, False, nan, -1))
     scanned = sorted(found)
     return SlipLimit(

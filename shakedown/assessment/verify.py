@@ -9,7 +9,7 @@ from functools import cached_property, partial
 from typing import Any, Literal
 
 from shakedown.assessment.assess import Assessment, SecondBounds, assess, independent_findings, second_bounds
-from shakedown.assessment.every_limit import JointLimits
+from shakedown.assessment.every_limit import WORK_BEYOND, JointLimits
 from shakedown.assessment.plan import BELOW, NO_ZONE, Case, case_as_given, plan_steps
 from shakedown.assessment.transient_limit import SlipLimit
 from shakedown.bounds.bound_result import Bound, open_ends
@@ -93,15 +93,18 @@ def run_of(limits: JointLimits, case: Case, asked: "Settings") -> Run:
     began, problem = time.perf_counter(), limits.problem
     if case.after_transient:
         problem = replace(problem, q_transient=None, p_transient=None)
-    simulation = simulate(
-        problem,
-        case.load_factor,
-        case.start,
-        open_nodes=case.open_nodes,
-        cycles=asked.cycles,
-        method=asked.method,
-        tolerances=limits.tolerances,
-    )
+    if case.only_slips and asked.method == "event" and takes_long(problem):
+        simulation = limits.slip_beyond(case.load_factor, case.start, asked.cycles)
+    else:
+        simulation = simulate(
+            problem,
+            case.load_factor,
+            case.start,
+            open_nodes=case.open_nodes,
+            cycles=asked.cycles,
+            method=asked.method,
+            tolerances=limits.tolerances,
+        )
     state = simulation.long_term
     if state is not None and state.first_cycles is not None and state.outcome == Outcome.SHAKEDOWN:
         ball = present(limits.ball_at(case.load_factor))
@@ -128,8 +131,7 @@ def disagreements(runs: Sequence[Run], lower: Bound | Missing) -> Iterator[str]:
             f"{at_lambda(run.simulation.load_factor)}, {run.region}, initial state {run.initial}: "
             f"predicted {run.predicted}, simulated {run.simulation.outcome}"
         )
-        below = run.region == BELOW
-        if below and not isinstance(lower, Missing) and lower.guarantee != Guarantee.PROVED:
+        if run.region == BELOW and not isinstance(lower, Missing) and lower.guarantee != Guarantee.PROVED:
             text += f"; λ_1 is no proved bound here ({lower.guarantee}), and this is a counter-example"
         yield text
 
@@ -338,7 +340,9 @@ def verify(
         in space of more than 50 node pairs.
     cycles, method
         As for :func:`shakedown.simulate`. In space a run is also stopped as undecided after 8e10 operations,
-        about half a minute (2e10 where that was too few for λ = 1); ``simulate`` has no such limit.
+        about half a minute (2e10 where that was too few for λ = 1); ``simulate`` has no such limit. Above
+        λ_max a joint in space of more than 50 node pairs is followed until its slip is known to three
+        digits, within 2e10 operations.
     budget
         Enumerate the critical load factors if there are at most so many subsets.
     slip_below
@@ -467,12 +471,11 @@ def _simulated(
     nominal = begin(lambda: _nominal_run(limits, asked))
     # early: its simulations follow from each other
     transient = begin(lambda: limits.transient)
-    planned = [
-        begin(step) for step in plan_steps(limits, asked.load_factors, asked.random_states, asked.seed)
-    ]
+    steps = plan_steps(limits, asked.load_factors, asked.random_states, asked.seed)
+    planned = [begin(step) for step in steps]
     first = nominal()
     # where they were too few for λ = 1
-    follow = limited_work(0.25 * MOST_WORK if is_spent(first.simulation) else MOST_WORK)(run_of)
+    follow = limited_work(WORK_BEYOND if is_spent(first.simulation) else MOST_WORK)(run_of)
     cases, ends = list[Case](), list[Callable[[], Any]]()
     for step in planned:  # what one load factor has begins while the next one is planned
         new = step()

@@ -16,7 +16,7 @@ CERTIFICATES = [
     "bounds.energy.energy_bound._certificate",
 ]
 OF_SOLVE = [*CERTIFICATES, "bounds.friction_thresholds.wedging_threshold"]
-OF_VERIFY = ["assessment.transient_limit.transient_limit", "long_term.state.energy_ball"]
+OF_VERIFY = ["assessment.transient_limit.scanned_limit", "long_term.state.energy_ball"]
 ANSWERS = [("lower", "load_factor"), ("upper", "load_factor"), ("energy", "load_factor"), ("lower", "slip"),
            ("upper", "slip"), ("upper", "least_load_factor"), ("universal", "node")]  # fmt: skip
 LOOSE = 1e-8  # an exact number is rounded once, a float is what the solver leaves
