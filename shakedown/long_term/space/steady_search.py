@@ -167,7 +167,7 @@ class SteadySearch:
         slip = float(np.linalg.norm(now.slip * self.measure.slips))
         # enough where rest is excluded: another slip that lasts as long may yet end
         little = self.cycles.motion.tolerances.slip_change * slip
-        if now.size <= little and decay.slip_lasts(now) and not self.cycles.records[-1].opened.any():
+        if now.size < little and decay.slip_lasts(now) and not self.cycles.records[-1].opened.any():
             found = self._slips_for_ever(p)
         if found is not None or now.size > SIX_DIGITS * slip:
             return found
