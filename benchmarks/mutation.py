@@ -1,8 +1,8 @@
 """Who tests the tests: one operator, comparison, sign or constant of the package changed at a time.
 
 Each place drawn is changed in a copy of the repository. There the examples of its module run with the tests
-that name it, then the others of its folder and of the one above. A change that no test notices survives: a
-test is missing, or nothing needs the code, or both mean the same.
+that name it, then the others of its folder and of the one above, and those of the folder that uses it. A
+change that no test notices survives: a test is missing, or nothing needs the code, or both mean the same.
 
 ``python -m benchmarks.mutation`` goes on where it stopped; what is measured by then is a sample of them all.
 """
@@ -29,7 +29,9 @@ ROOT = Path(__file__).parents[1]
 TESTS = ROOT / "tests"
 DECIDE = ("joint", "programs", "bounds", "motion", "long_term", "models/importing", "assessment")
 FOLDERS = (*(f"shakedown/{name}" for name in (*DECIDE, "studies", "report")), "cli")
+USED_BY = {"programs": "bounds", "motion": "long_term"}  # whose tests say more
 PLACES = 200
+SEED = 2  # another one draws a fresh sample
 SECONDS = 900  # of tests that do not end: the change is noticed
 CHANGED = {  # what stands for an operator, and what is put there
     ast.Lt: ("<", "<="),
@@ -108,7 +110,7 @@ def cases(short: bool) -> list[dict]:
         return [first._asdict() | {"tests": [[test]]}]
     files = [path for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*.py"))]
     found = [place for path in files for place in places(path)]
-    drawn = np.random.default_rng(1).choice(len(found), min(PLACES, len(found)), replace=False)
+    drawn = np.random.default_rng(SEED).choice(len(found), min(PLACES, len(found)), replace=False)
     return [found[k]._asdict() | {"tests": _tests(found[k].path)} for k in drawn]
 
 
@@ -152,6 +154,8 @@ def _tests(path: str) -> list[list[str]]:
     near = sorted(above.rglob("test_*.py"), key=lambda file: (folder not in file.parents, file))
     named = re.compile(rf"\b{name}\b|\b{Path(path).stem}\(")
     naming = [file for file in [*near, *sorted(TESTS.rglob("test_*.py"))] if named.search(file.read_text())]
+    if user := USED_BY.get(name.split(".")[1]):
+        near += sorted((TESTS / user).rglob("test_*.py"))
     stages = filter(None, (list(dict.fromkeys(naming)), [file for file in near if file not in naming]))
     first, *others = [[str(file.relative_to(ROOT)) for file in files] for files in stages]
     return [[path, *first], *others]
