@@ -203,15 +203,18 @@ def test_a_jump_ends_in_equilibrium(monkeypatch, longest_path):
     assert bool(solved) == (longest_path == 0)
 
 
+@pytest.mark.parametrize("before", [0, 1])
 @pytest.mark.parametrize("seed", [4, 9, 119, 138])
-def test_a_joint_is_assembled_from_nothing(seed):
-    """Loaded in proportion from zero, so that nodes slip and open: as from next to nothing, and by the law."""
-    rng = np.random.default_rng([5, seed])
+def test_a_joint_is_assembled_from_nothing(seed, before):
+    """Loaded in proportion from zero, at once or after another load, so that nodes slip and open at once: as
+    from next to nothing, and by the law."""
+    rng, ends = np.random.default_rng([5, seed]), []
     joint = random_joint(rng, 4, pressure=1.0)
-    q, p, ends = 2.0 * rng.normal(size=8), rng.normal(1.0, 1.0, 4), []
+    (q, p), other = ((2.0 * rng.normal(size=8), rng.normal(1.0, 1.0, 4)) for _ in range(2))
     for first in (0.0, 1e-6):
         ramp = np.array([[first], [0.25], [0.5], [1.0]])
-        motion = Evolution(replace(joint, q_transient=ramp * q, p_transient=ramp * p), 0.1)
+        q_path, p_path = (np.vstack([before * x, ramp * y]) for x, y in zip(other, (q, p), strict=True))
+        motion = Evolution(replace(joint, q_transient=q_path, p_transient=p_path), 0.1)
         assert motion.cycle(record=True) is not None
         ends.append(motion.state.u)
         broken = path_violation(motion.problem, 0.1, motion.tolerances, motion.history)
