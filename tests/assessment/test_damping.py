@@ -228,7 +228,7 @@ def test_without_compliance_the_dissipation_is_known():
 
 
 WRONG = {
-    "falling": ({"amplitudes": [2.0, 1.0]}, "amplitudes: expected numbers >= 0 that rise"),
+    "repeated": ({"amplitudes": [1.0, 1.0]}, "amplitudes: expected numbers >= 0 that rise"),
     "negative": ({"amplitudes": [-1.0]}, "amplitudes: expected numbers >= 0"),
     "none": ({"amplitudes": []}, "amplitudes: expected"),
     "another load": ({"load": "pull"}, "load: expected one of 0 to 0, 'push', found 'pull'"),

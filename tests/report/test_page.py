@@ -15,7 +15,7 @@ from shakedown import Problem
 from shakedown.assessment.verify import Verification
 from shakedown.bounds.registry import BOUNDS
 from shakedown.report.data_facts import configuration
-from shakedown.report.html import render, run_picture
+from shakedown.report.html import render, run_picture, state_pictures
 from shakedown.report.limit_facts import limits_table
 from shakedown.report.run_facts import banner_class, limits_on_page, verify_sheet
 from tests.altered import with_limits
@@ -214,6 +214,18 @@ def test_a_joint_that_slips_for_ever_is_never_green(name):
     assert (colour == "agree") <= (outcome == "shakedown" and not v.disagreements and not v.open_questions)
     assert (outcome in ("cyclic-slip", "ratchetting")) <= (colour == "slips")
     assert banner_class(replace(v, disagreements=("λ_max: 1 and 2",))) == "disagree"
+
+
+def test_of_many_loads_those_with_the_largest_loops_are_shown(monkeypatch):
+    monkeypatch.setattr("shakedown.plot.inline_svg.inline", lambda figure, alt: Markup(alt))
+    joint = Problem(
+        A=[[2.0]], B=[[0.0]], f=0.5, q_w=[[-1.2], [1.2]], p_w=[[2.0], [2.0]], load_names=["a", "b", "c", "d"],
+        load_reactions=np.outer([-0.1, -0.5, -0.2, -0.4], [1.0, 0.0]), load_compliance=np.eye(4),
+        load_history=np.outer([1.0, -1.0], np.ones(4)),
+    )  # fmt: skip
+    pictures = state_pictures(shakedown.verify(joint, load_factors=[], random_states=0))
+    (loops,) = [each for each in pictures if each.caption.startswith("Loops of the loads")]
+    assert [re.search(r"\((\w)\), area", panel)[1] for _, panel in loops.panels] == ["b", "d", "c"]
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -7,6 +7,7 @@ import pytest
 
 import shakedown
 from benchmarks.problems import joint, random_problem
+from shakedown import Problem
 from shakedown.ground.errors import ProblemError, UsageError
 from shakedown.joint.constraints import loading
 from shakedown.studies.design_point import with_parameter
@@ -64,6 +65,14 @@ def test_friction_factor_and_friction_coefficient_agree():
 def test_the_mean_takes_transient_load_steps_along_and_the_amplitude_does_not():
     assert np.array_equal(with_parameter(TRANSIENT, "mean", 2.0).p_transient, 2.0 * TRANSIENT.p_transient)
     assert np.array_equal(with_parameter(TRANSIENT, "amplitude", 2.0).p_transient, TRANSIENT.p_transient)
+
+
+@pytest.mark.parametrize("name", ["mean", "amplitude"])
+def test_the_units_of_a_load_are_scaled_with_it(name):
+    joint = {"A": [[2.0]], "B": [[0.0]], "f": 0.5, "q_w": [[1.0], [0.0]], "p_w": [[3.0], [3.0]]}
+    load = {"load_reactions": [[1.0, 0.0]], "load_history": [[1.0], [0.0]]}
+    changed = with_parameter(Problem(**joint, **load), name, 3.0)
+    assert np.array_equal(changed.load_history, changed.q_w)
 
 
 @pytest.mark.parametrize("phase", [0.25, 1.137])
