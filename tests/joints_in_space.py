@@ -24,14 +24,11 @@ def random_joint(rng: np.random.Generator, n: int, *, pressure: float = 4.0, m: 
 
 def embedded(plane: Problem) -> Problem:
     """A joint of the plane as one in space: nothing happens in the second direction, as stiff as the first."""
-    n, m = plane.n, plane.m
-    A, B, q_w = np.zeros((2 * n, 2 * n)), np.zeros((n, 2 * n)), np.zeros((m, 2 * n))
-    A[::2, ::2], A[1::2, 1::2], B[:, ::2], q_w[:, ::2] = plane.A, plane.A, plane.B, plane.q_w
-    q_mean = None
-    if plane.q_mean is not None:
-        q_mean = np.zeros(2 * n)
-        q_mean[::2] = plane.q_mean
-    return Problem(A=A, B=B, C=plane.C, f=plane.f, q_w=q_w, p_w=plane.p_w, q_mean=q_mean, p_mean=plane.p_mean)
+    given = {key: getattr(plane, key) for key in ("q_w", "q_mean", "q_transient")}
+    along = {key: None if value is None else np.kron(value, [1.0, 0.0]) for key, value in given.items()}
+    A, B, transient = np.kron(plane.A, np.eye(2)), np.kron(plane.B, [1.0, 0.0]), plane.p_transient
+    pressed = {"p_w": plane.p_w, "p_mean": plane.p_mean, "p_transient": transient}
+    return Problem(A=A, B=B, C=plane.C, f=plane.f, **along, **pressed)
 
 
 def turned(problem: Problem, angles: np.ndarray, mirrored: Iterable[int] = ()) -> tuple[Problem, np.ndarray]:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joints_in_space import embedded
+from joints_in_space import embedded, random_joint
 
 import shakedown
 from shakedown import Problem
@@ -13,22 +13,12 @@ from shakedown.motion.fixed_steps import FixedSteps
 from shakedown.motion.method import Motion, walk
 
 
-def joint(n=4, m=24, seed=0, mean=3.0, **changes) -> Problem:
-    rng = np.random.default_rng(seed)
-    root = rng.normal(size=(3 * n, 3 * n))
-    kappa = root @ root.T + 3 * n * np.eye(3 * n)
-    t = 2 * np.pi * np.arange(m)[:, None] / m
-    given = {
-        "A": kappa[: 2 * n, : 2 * n], "B": kappa[2 * n :, : 2 * n], "C": kappa[2 * n :, 2 * n :],
-        "f": rng.uniform(0.2, 0.5, n),
-        "q_w": 2 * rng.normal(size=2 * n) * np.cos(t) + 2 * rng.normal(size=2 * n) * np.sin(t),
-        "p_w": mean + rng.normal(size=n) * np.cos(t) + rng.normal(size=n) * np.sin(2 * t),
-    }  # fmt: skip
-    return Problem(**(given | changes))
+def joint(pressure=3.0) -> Problem:
+    return random_joint(np.random.default_rng(0), 4, pressure=pressure, m=24)
 
 
 def test_what_a_cycle_did_is_what_its_load_steps_say():
-    problem = joint(mean=0.3)
+    problem = joint(0.3)
     motion: Motion = FixedSteps(problem, 1.3)
     first, second = motion.cycle(record=True), motion.cycle(record=True)
     history = motion.history
@@ -67,7 +57,7 @@ def test_loaded_in_one_direction_is_the_plane():
 
 
 def test_a_start_that_the_law_does_not_allow_becomes_one_that_it_does():
-    problem = joint(mean=3.0)
+    problem = joint()
     motion = FixedSteps(problem, 1.0, np.full(8, 2.0))
     motion.cycle(record=True)
     first = motion.history.rows(np.arange(1))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from joints import free_pair
+from joints import free_pair, joint_of_kind
 
 import shakedown
 from shakedown.motion.checked_law import law_violation, scales
@@ -111,21 +111,16 @@ def test_random_joints_far_above_their_thresholds():
     """The law at every event, and the energy balance of load, friction and jumps."""
     rng, jumps = np.random.default_rng(0), 0
     for _ in range(80):
-        n, m = int(rng.integers(1, 6)), int(rng.integers(2, 7))
-        G = rng.normal(size=(2 * n, 2 * n))
-        kappa = G @ G.T / (2 * n) + 0.1 * np.eye(2 * n)
-        p_w = rng.uniform(0.5, 3.0, n) + rng.normal(size=(m, n)) * rng.uniform(0.05, 1.2)
-        problem = shakedown.Problem(
-            A=kappa[:n, :n], B=kappa[n:, :n], C=kappa[n:, n:], f=rng.uniform(0.5, 3.0),
-            q_w=0.6 * rng.normal(size=(m, n)), p_w=p_w,
-        )  # fmt: skip
+        problem = joint_of_kind(rng, "above thresholds")
         run = evolve(problem, 1.0, cycles=3)
         assert run.stop is None
         h, scale = run.history, scales(problem, 1.0)
         assert law_violation(problem.f, h.q, h.p, h.w, np.zeros_like(h.v), scale).max() <= 1e-12
         u, r_w = np.hstack([h.v, h.w]), np.hstack([h.q_w, h.p_w])
         work = ((u[1:] + u[:-1]) / 2 * np.diff(r_w, axis=0)).sum()
-        stored = potential_energy(kappa, r_w[-1], u[-1]) - potential_energy(kappa, r_w[0], u[0])
+        stored = potential_energy(problem.kappa, r_w[-1], u[-1]) - potential_energy(
+            problem.kappa, r_w[0], u[0]
+        )
         lost = sum(cycle.dissipation for cycle in run.cycles)
         assert lost == pytest.approx(work - stored, abs=1e-7 * scale.force * scale.length)
         for cycle in run.cycles:

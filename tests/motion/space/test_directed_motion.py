@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joints_in_space import random_joint
+from joints import joint_of_kind
+from joints_in_space import embedded, random_joint, turned
 
 import shakedown
 from shakedown import Problem, Tolerances
@@ -42,35 +43,14 @@ def node(**changes) -> Problem:
     return Problem(**(given | changes))
 
 
-def from_first_step(problem: Problem) -> Problem:
-    """The joint whose first cycle, after its transient, ends where the load is again that of its first step."""
-    return replace(
-        problem,
-        q_w=np.roll(problem.q_w, -1, axis=0), p_w=np.roll(problem.p_w, -1, axis=0),
-        q_transient=first(problem)[:, problem.layout.slips], p_transient=first(problem)[:, problem.layout.gaps],
-    )  # fmt: skip
-
-
-def first(problem: Problem, load_factor: float = 1.0) -> np.ndarray:
-    return loop_path(problem, load_factor)[:1]
-
-
-def cited_cycle(name: str, tolerances: Tolerances):
-    """One cycle of a built-in joint from the state that the numbers are for, begun at the first load step."""
-    problem, load_factor = shakedown.example(name), CITED[name][0]
-    start = replace(from_first_step(problem), q_transient=None, p_transient=None)
-    path = first(problem, load_factor)
-    start = replace(
-        start, q_transient=path[:, problem.layout.slips], p_transient=path[:, problem.layout.gaps]
-    )
-    return evolve(start, load_factor, STARTS[name], cycles=1, tolerances=tolerances)
-
-
 @pytest.mark.parametrize("name", CITED)
 def test_first_cycles_are_those_of_two_other_implementations(name):
-    run = cited_cycle(name, Tolerances())
-    (cycle,) = run.cycles
-    _, dissipation, slip = CITED[name]
+    """Begun at the first load step."""
+    problem, (load_factor, dissipation, slip) = shakedown.example(name), CITED[name]
+    q, p = problem.layout.split(loop_path(problem, load_factor)[:1])
+    later = {key: np.roll(getattr(problem, key), -1, axis=0) for key in ("q_w", "p_w")}
+    start = replace(problem, **later, q_transient=q, p_transient=p)
+    (cycle,) = evolve(start, load_factor, STARTS[name], cycles=1).cycles
     assert cycle.friction_dissipation == pytest.approx(dissipation, abs=1e-8)
     there = np.abs(cycle.end_slip.reshape(-1, 2) - slip).max(axis=1)
     assert there.min() < 1e-8
@@ -105,22 +85,12 @@ def test_circle():
 @pytest.mark.parametrize("angle", [0.0, 0.7])
 def test_load_in_one_direction_is_the_plane(angle):
     """Also turned, and with nodes that open and close."""
-    rng = np.random.default_rng(3)
-    n, m = 4, 7
-    root = rng.normal(size=(2 * n, 2 * n))
-    kappa = root @ root.T / (2 * n) + 0.4 * np.eye(2 * n)
-    q_w, p_w = 0.6 * rng.normal(size=(m, n)), 0.8 + rng.normal(size=(m, n))
-    plane = Problem(A=kappa[:n, :n], B=kappa[n:, :n], C=kappa[n:, n:], f=0.4, q_w=q_w, p_w=p_w)
-    along = np.kron(np.eye(n), [[np.cos(angle)], [np.sin(angle)]])
-    across = np.kron(np.eye(n), [[-np.sin(angle)], [np.cos(angle)]])
-    space = Problem(
-        A=along @ plane.A @ along.T + across @ plane.A @ across.T, B=plane.B @ along.T, C=plane.C, f=0.4,
-        q_w=q_w @ along.T, p_w=p_w,
-    )  # fmt: skip
+    plane = joint_of_kind(np.random.default_rng(0), "loose")
+    space, turn = turned(embedded(plane), np.full(plane.n, angle))
     one, two = evolve(plane, 1.0, cycles=2), evolve(space, 1.0, cycles=2)
     assert any(cycle.opened.any() for cycle in one.cycles)
     for flat, curved in zip(one.cycles, two.cycles, strict=True):
-        np.testing.assert_allclose(curved.end_slip, along @ flat.end_slip, atol=1e-9)
+        np.testing.assert_allclose(curved.end_slip, turn[:, ::2] @ flat.end_slip, atol=1e-9)
         np.testing.assert_allclose(curved.slip, flat.slip, atol=1e-9)
         np.testing.assert_allclose(curved.work, flat.work, atol=1e-9)
         np.testing.assert_array_equal(curved.opened, flat.opened)
@@ -143,13 +113,7 @@ def test_cycles_continue_from_their_states_to_the_last_bit():
 
 
 def opening_joint() -> Problem:
-    rng = np.random.default_rng(5)
-    n, m = 4, 6
-    root = rng.normal(size=(3 * n, 3 * n))
-    kappa = root @ root.T / (3 * n) + 0.4 * np.eye(3 * n)
-    A, B, C = kappa[: 2 * n, : 2 * n], kappa[2 * n :, : 2 * n], kappa[2 * n :, 2 * n :]
-    q_w, p_w = 0.6 * rng.normal(size=(m, 2 * n)), 0.9 + rng.normal(size=(m, n))
-    return Problem(A=A, B=B, C=C, f=[0.3, 0.5, 0.0, 0.4], q_w=q_w, p_w=p_w)
+    return replace(random_joint(np.random.default_rng(5), 4, pressure=0.9, m=6), f=[0.3, 0.5, 0.0, 0.4])
 
 
 def test_the_law_holds_along_the_path():
@@ -182,15 +146,8 @@ def test_a_jump_ends_in_equilibrium(monkeypatch, longest_path):
     solved, solve = [], space_events.end_at_once
     monkeypatch.setattr(space_events, "end_at_once", lambda *step: solved.append(step) or solve(*step))
     plane = shakedown.example("jump")
-    n = plane.n
-    along = np.kron(np.eye(n), [[0.6], [0.8]])
-    across = np.kron(np.eye(n), [[-0.8], [0.6]])
-    stiff = across @ np.diag(np.diag(plane.A)) @ across.T
-    space = Problem(
-        A=along @ plane.A @ along.T + stiff, B=plane.B @ along.T, C=plane.C, f=plane.f,
-        q_w=plane.q_w @ along.T, p_w=plane.p_w, q_transient=plane.q_transient @ along.T,
-        p_transient=plane.p_transient,
-    )  # fmt: skip
+    space, turn = turned(embedded(plane), np.full(plane.n, 0.9))
+    along = turn[:, ::2]
     start = plane.initial_slip[0]
     one, other = evolve(plane, 1.0, start, cycles=1), evolve(space, 1.0, along @ start, cycles=1)
     assert other.stop is None
