@@ -38,6 +38,11 @@ def test_the_numbers_are_those_of_the_bounds(problem):
     assert found.details.lower == lower
 
 
+def test_a_state_known_to_a_distance_has_what_its_ball_proves():
+    found = shakedown.assess(shakedown.example("pair-cycle"), distance=1.0)
+    assert found.proved_from_this_state == found.details.energy.load_factor < found.proved_from_every_state
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_what_is_proved_and_what_is_impossible_is_so(seed):
     rng = np.random.default_rng(seed)

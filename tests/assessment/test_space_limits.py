@@ -4,9 +4,9 @@ from functools import cache
 
 import numpy as np
 import pytest
+from joints_in_space import random_joint
 
 import shakedown
-from shakedown import Problem
 from shakedown.assessment.every_limit import admitted_up_to
 from shakedown.ground.errors import Missing
 from shakedown.joint.constraints import loading
@@ -33,14 +33,9 @@ def test_what_the_plane_alone_has_is_missing_with_the_reason():
 
 @pytest.mark.parametrize("seed", range(5))
 def test_the_first_load_step_admits_a_slip_up_to_where_it_is_on_its_cone(seed):
-    rng, n = np.random.default_rng(seed), 3
-    root = rng.normal(size=(3 * n, 3 * n))
-    kappa, m = root @ root.T, int(rng.integers(1, 6))
-    problem = Problem(
-        A=kappa[: 2 * n, : 2 * n], B=kappa[2 * n :, : 2 * n], f=rng.uniform(0.1, 2.0, n),
-        q_w=rng.normal(size=(m, 2 * n)), p_w=3.0 + rng.normal(size=(m, n)),
-    )  # fmt: skip
-    slip, loop = 0.03 * rng.normal(size=2 * n), loading(problem)
+    rng = np.random.default_rng(seed)
+    problem = random_joint(rng, 3, pressure=3.0, m=int(rng.integers(1, 6)))
+    slip, loop = 0.03 * rng.normal(size=6), loading(problem)
 
     def outside(load_factor):
         q = loop.q0 + load_factor * loop.q1[0] + problem.A @ slip

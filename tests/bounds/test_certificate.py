@@ -94,6 +94,13 @@ def test_nearly_parallel_rows_are_decided_exactly(tilt: float) -> None:
     assert Fraction(low) <= largest <= Fraction(high)
 
 
+def test_a_mean_load_beyond_friction_by_its_last_bit_alone_is_too_much_without_dispute() -> None:
+    mean = 0.1 + 0.2  # a little more than 0.1 · 3
+    loads = {"q_w": [[mean + 1.0], [mean - 1.0]], "p_w": [[3.0], [3.0]], "q_mean": [mean], "p_mean": [3.0]}
+    found = shakedown.upper_bound(Problem(A=[[0.0]], B=[[0.0]], f=0.1, **loads))
+    assert (found.status, found.disputed) == (Status.INFEASIBLE, False)
+
+
 def test_a_certificate_that_takes_too_many_pivots_is_left():
     """Where the coupling is round-off all nodes lose their ranges next to λ_max, by slips without end."""
     n, rng, t = 21, np.random.default_rng(0), 2 * np.pi * np.arange(12)[:, None] / 12

@@ -33,7 +33,7 @@ def valid() -> dict:
         "x": np.array([0.0, 1.0]),
         "name": np.array("joint"),
         "units": np.array("N, mm"),
-        "label": ("4711/12", "4712/13"),
+        "label": ("4711/12", "7" * 200),
         "coordinates": np.arange(6.0).reshape(2, 3),
         "normal": np.array([[0.0, 1.0, 0.0], [0.6, 0.8, 0.0]]),
         "node_area": np.array([0.5, 0.0]),

@@ -46,6 +46,7 @@ DAMAGED = {
     "labels that are no text": ({"label": [1.5, 2.5]}, "key 'label': expected one text each"),
     "one label": ({"label": "a"}, "key 'label': expected one text each, found 'a'"),
     "a label that a terminal obeys": ({"label": ["a", "\x1b[2J"]}, "found '\\x1b[2J' at label[1]"),
+    "a label too long": ({"label": ["a", "7" * 201]}, "text of at most 200 characters that can be shown"),
     "a label of two lines": ({"label": ["a", "b\nc"]}, "text of at most 200 characters that can be shown"),
     "a load without a showable name": ({"load_names": ["\x00b"]}, "key 'load_names': expected text of at most 200 characters"),
     "no load": ({"load_names": []}, "key 'load_names': expected one text each"),
