@@ -488,7 +488,7 @@ def without_margin(zone: Zone, limits: BallLimits) -> str:
 def check_resolved(limits: BallLimits, slip: FloatArray, distance: float, tolerances: Tolerances) -> None:
     """Raise ``UsageError`` where a slip, or a distance around it, drowns the loads in its round-off."""
     rows = slice(len(limits.rows.g) - limits.gap_count)
-    loads = float(_largest(limits.g, limits.rows.g[rows]) + _largest(limits.d, limits.rows.d[rows]))
+    loads = _largest(limits.g, limits.rows.g[rows], limits.d, limits.rows.d[rows])
     most = tolerances.stored_digits / np.finfo(float).eps * loads
     G, around = (limits.G.reshape(-1, limits.n), limits.rows.G[rows]), 0.0
     with np.errstate(over="ignore"):

@@ -297,7 +297,7 @@ DIGITS = 2**80  # denominator to which a square root is rounded up
 
 
 class ExactBall:
-    """Exact reactions, shares and bounds of γ² of a problem, against which slips and radii are checked.
+    """Exact reactions, shares and bounds of γ² of a joint with friction, to check slips and radii against.
 
     Slips are those relative to the pinned ones, zero there. Stored numbers are fractions; roots are
     avoided by comparing squares, and γ² is bounded from above, next to its value (docs/energy.md, section 4).
@@ -320,10 +320,9 @@ class ExactBall:
         self._means = _means(problem)
         loop = loading(problem)
         self._moving = problem.layout.joined(*((part != 0).any(axis=0) for part in (loop.q1, loop.p1)))
-        free = bool((problem.f == 0.0).any())
-        c = np.zeros((0, 1, self._d)) if free else self._shares(share)
-        self._stretch = 1 + self._f[: len(c)] ** 2 * (c[:, 0] ** 2).sum(axis=1)
-        gamma = None if free or (self._d > 1 and max(self._stretch) >= 2) else _gamma_squares(problem, c)
+        c = self._shares(share)
+        self._stretch = 1 + self._f**2 * (c[:, 0] ** 2).sum(axis=1)
+        gamma = None if self._d > 1 and max(self._stretch) >= 2 else _gamma_squares(problem, c)
         self.regular = gamma is not None
         self._spread = np.zeros((0, 1)) if gamma is None else gamma * self._f[:, None] ** 2
 
