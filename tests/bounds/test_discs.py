@@ -167,6 +167,14 @@ def test_the_high_end_is_that_of_multipliers_that_balance_exactly(seed):
     assert value <= high <= value * (1 + 1e-10)
 
 
+def test_a_rough_inverse_bounds_the_exact_one():
+    from shakedown.bounds.enclosure import Inverse
+
+    rough = Inverse(np.eye(1))
+    rough.approximate, rough.norm = 0.8 * rough.approximate, 0.2
+    assert rough.bound(np.ones(1)) >= 1.0
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_what_is_proved_of_tiny_multipliers_does_not_hang_on_last_bits(seed):
     """Two nodes of the flange determine its optimum, the others have multipliers of 1e-9 that must balance."""

@@ -5,6 +5,8 @@ import pytest
 
 import shakedown
 from shakedown import Outcome, Problem, simulate
+from shakedown.long_term.simulation import recorded_verdict
+from shakedown.motion.evolution import evolve
 
 TWO_NODE = shakedown.example("two-node")
 LOWER, UPPER = shakedown.lower_bound(TWO_NODE), shakedown.upper_bound(TWO_NODE)
@@ -70,6 +72,14 @@ def test_a_node_that_opens_and_closes_is_separation(method):
     run = simulate(one_node(q_w=[[0.0], [0.0]], p_w=[[1.0], [-0.5]]), 1.0, method=method)
     assert (run.outcome, run.open_nodes) == (Outcome.SEPARATION, ())
     assert "opening and closing every cycle: node 0" in run.reason
+
+
+def test_what_is_over_decides_nothing():
+    still, breathing = (
+        evolve(one_node(q_w=[[0.0]] * 2, p_w=[[1.0], [last]]), 1.0, cycles=2).cycles for last in (0.5, -0.5)
+    )
+    assert recorded_verdict([*breathing, *still], np.ones(1)).outcome == Outcome.SHAKEDOWN
+    assert recorded_verdict([*still, *breathing], np.ones(1)).outcome == Outcome.SEPARATION
 
 
 @METHODS

@@ -42,6 +42,11 @@ def test_a_vertex_is_taken_only_where_it_is_optimal():
     assert square((-1.0, -2.0)).at(np.array([0, 0])) is None  # meets nowhere
 
 
+def test_a_row_is_met_at_either_side():
+    program = Program(np.eye(2), np.ones(2), cost=np.array([1.0, -1.0]), left=-2.0 * np.ones(2))
+    assert solve(program).x == pytest.approx([-2.0, 1.0])
+
+
 def test_bounds_changed_before_the_solver_is_made_count():
     program = square((-1.0, -2.0))
     program.set_rows(np.array([1]), np.array([-INF]), np.array([0.25]))
