@@ -77,7 +77,7 @@ def stiffness(xyz, held=("FOOT",)):
         rows = (3 * nodes[:, None] + np.arange(3)).ravel()
         K[np.ix_(rows, rows)] += element_stiffness(xyz[nodes])
     dofs = np.array([(node, d) for node in range(1, len(xyz) + 1) for d in (1, 2, 3)])
-    free = ~np.isin(dofs[:, 0], np.concatenate([sets[name] for name in held]))
+    free = ~np.isin(dofs[:, 0], [node for name in held for node in sets[name]])
     return K[np.ix_(free, free)], dofs[free]
 
 

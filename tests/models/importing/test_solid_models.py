@@ -8,9 +8,13 @@ import writers
 from calculix import ccx, needs_ccx
 from command import run
 from meshed_apart import LOADS
+from scipy.sparse import csr_array
 
 from shakedown import ProblemError, UsageError, import_model
 from shakedown.models.importing.contact_figure import contact_picture
+from shakedown.models.importing.model_evidence import rigid_residual
+from shakedown.models.readers.mesh import Mesh
+from shakedown.models.readers.stiffness import Stiffness
 
 PAIRS = 'pairs = ["UPPER_FOOT", "LOWER_TOP"]'
 
@@ -47,6 +51,14 @@ def test_two_blocks_come_without_hand_work(made):
     assert made.rigid_residual > 0.1  # the lower block is held
     for load in made.loads:
         np.testing.assert_allclose(load.contact, -load.applied, atol=1e-9 * np.abs(load.applied).max())
+
+
+def test_blocks_that_nothing_holds_resist_no_rigid_motion():
+    """And all nodes of the mesh have rows."""
+    xyz = solids.places()
+    K, dofs = solids.stiffness(xyz, held=())
+    mesh = Mesh("blocks", np.arange(1, len(xyz) + 1), xyz)
+    assert rigid_residual(Stiffness(csr_array(K), dofs, "numbered"), mesh, (1, 2, 3)) < 1e-12
 
 
 def turned(vector):
