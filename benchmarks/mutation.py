@@ -1,7 +1,7 @@
 """Who tests the tests: one operator, comparison, sign or constant of the package changed at a time.
 
 Each place drawn is changed in a copy of the repository. There the examples of its module run with the tests
-that name it, then the others of its folder and of the one above, and those of the folder that uses it. A
+that name it, then all others of its folder and of the one above, and the tests of the folder that uses it. A
 change that no test notices survives: a test is missing, or nothing needs the code, or both mean the same.
 
 ``python -m benchmarks.mutation`` goes on where it stopped; what is measured by then is a sample of them all.
@@ -158,7 +158,8 @@ def _tests(path: str) -> list[list[str]]:
         near += sorted((TESTS / user).rglob("test_*.py"))
     stages = filter(None, (list(dict.fromkeys(naming)), [file for file in near if file not in naming]))
     first, *others = [[str(file.relative_to(ROOT)) for file in files] for files in stages]
-    return [[path, *first], *others]
+    examples = "/".join(["shakedown", *above.relative_to(TESTS).parts])
+    return [[path, *first], *others, [examples]]
 
 
 def _failed(copy: Path, tests: list[str]) -> str:
