@@ -158,8 +158,9 @@ def _tests(path: str) -> list[list[str]]:
         near += sorted((TESTS / user).rglob("test_*.py"))
     stages = filter(None, (list(dict.fromkeys(naming)), [file for file in near if file not in naming]))
     first, *others = [[str(file.relative_to(ROOT)) for file in files] for files in stages]
-    examples = "/".join(["shakedown", *above.relative_to(TESTS).parts])
-    return [[path, *first], *others, [examples]]
+    found = [[path, *first], *others]
+    found[-1].append("/".join(["shakedown", *above.relative_to(TESTS).parts]))  # the examples there
+    return found
 
 
 def _failed(copy: Path, tests: list[str]) -> str:

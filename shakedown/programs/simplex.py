@@ -280,8 +280,8 @@ def corners(matrix: FloatArray, right: FloatArray) -> FloatArray:
 
     Examples
     --------
-    >>> sides = np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 1.0]])
-    >>> (corners(sides, np.array([0.0, 0.0, 2.0])).round(9) + 0.0).tolist()
+    >>> sides = np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 1.0], [0.0, 0.0]])
+    >>> (corners(sides, np.array([0.0, 0.0, 2.0, 0.5])).round(9) + 0.0).tolist()
     [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]]
     """
     from scipy.spatial import HalfspaceIntersection, QhullError
