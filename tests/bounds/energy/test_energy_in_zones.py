@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown import Status, energy_ball, energy_bound, long_term_state, upper_bound
+from shakedown import Problem, Status, energy_ball, energy_bound, long_term_state, upper_bound
 from shakedown.joint.constraints import Side, loading
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.motion.evolution import evolve
@@ -100,6 +100,14 @@ def test_transient_steps_count():
     pressed = replace(problem, q_transient=np.zeros((1, problem.n)), p_transient=np.full((1, problem.n), 1e3))
     shut = energy_ball(pressed, load_factor, open_nodes=ball.open_nodes)  # closes the open nodes
     assert shut.status == Status.INFEASIBLE
+
+
+def test_a_gap_that_the_transient_narrows_limits_the_ball_there():
+    loads = {"q_w": [[1.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 0.0]], "p_w": [[3.0, -1.0]] * 2}
+    before = {"q_transient": np.zeros((1, 4)), "p_transient": [[3.0, -0.5]]}
+    B = 0.5 * np.eye(2, 4, k=-1)
+    ball = energy_ball(Problem(A=np.eye(4), B=B, C=np.eye(2), f=5.0, **loads, **before), 0.5, open_nodes=[1])
+    assert (1, -1) in ball.active
 
 
 def test_with_all_nodes_closed_nothing_changes():
