@@ -7,6 +7,7 @@ import pytest
 
 import shakedown
 from shakedown.bounds.every_state.universal_bound import least_pressure_bound
+from shakedown.joint.constraints import loading
 
 PRESSURES = [  # load factors up to which least pressures prove it
     ("one-node", None, 0.9305240),
@@ -49,6 +50,16 @@ def test_without_coupling_it_is_the_largest_load_factor(n, floating):
     bound = shakedown.universal_bound(problem)
     assert (bound.argument, bound.limited_by) == ("Melan", "first collapse")
     assert bound.load_factor == pytest.approx(upper, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["one-node", "two-node", "two-node-3d"])
+def test_at_the_lift_off_bound_a_load_that_lasts_leaves_a_node_no_pressure(name):
+    joint = shakedown.example(name)
+    found, loop = least_pressure_bound(joint).lift_off_bound, loading(joint)
+    for share in (0.999, 1.001):
+        loads = zip(*loop.at(share * found), strict=True)
+        least = [least_pressure_bound(replace(joint, q_mean=q, p_mean=p)).pressures.min() for q, p in loads]
+        assert (min(least) > 0) == (share < 1)
 
 
 def test_rigid_motion_limits_a_floating_body():
