@@ -73,6 +73,13 @@ def test_built_in_joints_agree_with_differences(name, bound):
     assert largest_error(shakedown.example(name), bound) < 1e-6
 
 
+def test_a_node_above_its_own_critical_friction_agrees_with_differences():
+    rng = np.random.default_rng(2)
+    given = {"A": [[2.0, 0.5], [0.5, 3.0]], "B": 3.0 * rng.normal(size=(2, 2)), "f": 0.7}
+    loads = {"q_w": rng.normal(size=(4, 2)), "p_w": 5.0 + 0.3 * rng.normal(size=(4, 2))}
+    assert largest_error(shakedown.Problem(**given, **loads), energy) < 1e-6
+
+
 def test_with_open_nodes_the_loads_of_all_nodes_count():
     rng, errors = np.random.default_rng(3), []
     for _ in range(12):
