@@ -6,6 +6,7 @@ from inspect import isfunction, signature
 import numpy as np
 import pytest
 from command import run
+from joints_in_space import random_joint
 from public_names import public
 
 import shakedown
@@ -22,18 +23,10 @@ from shakedown.studies.design_point import with_parameter
 def arrays(n: int = 3, m: int = 24, seed: int = 0) -> dict:
     """The arrays of a joint with two directions, loaded out of phase in space, with every optional key."""
     rng = np.random.default_rng(seed)
-    root = rng.normal(size=(3 * n, 3 * n))
-    kappa = root @ root.T + 3 * n * np.eye(3 * n)
-    t = 2 * np.pi * np.arange(m)[:, None] / m
+    base = random_joint(rng, n, pressure=5.0, m=m)
     first = rng.normal(size=(n, 3))
     tangents = np.stack([np.linalg.qr(np.c_[v, rng.normal(size=(3, 2))])[0].T[1:] for v in first])
-    return {
-        "A": kappa[: 2 * n, : 2 * n],
-        "B": kappa[2 * n :, : 2 * n],
-        "C": kappa[2 * n :, 2 * n :],
-        "f": rng.uniform(0.2, 0.8, n),
-        "q_w": rng.normal(size=2 * n) * np.cos(t) + rng.normal(size=2 * n) * np.sin(t + 0.4),
-        "p_w": 5.0 + rng.normal(size=n) * np.cos(2 * t) + rng.normal(size=n) * np.sin(t),
+    return {key: getattr(base, key) for key in ("A", "B", "C", "f", "q_w", "p_w")} | {
         "q_transient": rng.normal(size=(5, 2 * n)),
         "p_transient": rng.uniform(3.0, 6.0, (5, n)),
         "initial_slip": 0.1 * rng.normal(size=(2, 2 * n)),

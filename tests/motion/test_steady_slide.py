@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bounds.energy.joints import space_joint
 
 import shakedown
 from benchmarks.implicit_steps import ImplicitSteps
@@ -9,16 +10,6 @@ from shakedown.motion.checked_law import Scales, law_violation
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.viscous_jump import Relaxation, ViscousJoint, steady_slide
 from tests.joints_in_space import random_joint
-
-
-def floating(rng, n):
-    """A joint in space of which two common slips cost nothing and change no pressure."""
-    held = random_joint(rng, n)
-    rigid = np.vstack([np.tile(np.eye(2), (n, 1)), np.zeros((n, 2))]) / np.sqrt(n)
-    left = np.eye(3 * n) - rigid @ rigid.T
-    kappa = left @ held.kappa @ left.T
-    A, B, C = held.layout.blocks(0.5 * (kappa + kappa.T))
-    return shakedown.Problem(A=A, B=B, C=C, f=held.f, q_w=held.q_w, p_w=held.p_w)
 
 
 def viscous_slide(problem, load):
@@ -38,8 +29,7 @@ def viscous_slide(problem, load):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_slide_is_the_one_that_small_steps_tend_to_and_the_law_holds_for_ever(seed):
-    rng = np.random.default_rng(seed)
-    problem = floating(rng, 4)
+    problem = space_joint(seed, 4, floating=True)
     load = problem.layout.joined(np.tile([6.0, 2.0], 4) * problem.p_w[0].max(), problem.p_w[0])
     joint, u, velocity = viscous_slide(problem, load)
     contact = np.where(u[problem.layout.gaps] > 0.0, 2, 1)
@@ -65,7 +55,7 @@ def test_a_joint_that_is_held_has_no_slide():
 def test_a_jump_that_slides_for_ever_ends_in_few_steps(monkeypatch, unit):
     steps, step = [], Relaxation._step
     monkeypatch.setattr(Relaxation, "_step", lambda *at: steps.append(at) or step(*at))
-    problem = floating(np.random.default_rng(3), 3)
+    problem = space_joint(3, 3, floating=True)
     scaled = {key: unit * getattr(problem, key) for key in "ABC"}
     push = problem.q_w.copy()
     push[1:] += 8.0 * problem.p_w.max()
