@@ -161,7 +161,7 @@ class Simplex:
             x, y = sharpened(program, x, meeting)
         except np.linalg.LinAlgError:
             return None
-        rest = (program.cost + y @ program.matrix)[idle]
+        rest = program.cost[idle]
         wrong = (
             np.where(program.right < INF, -y, y).max(initial=0.0),  # a limit can only push back
             np.select([low, high], [-rest, rest], np.abs(rest)).max(initial=0.0),
