@@ -53,6 +53,13 @@ def test_every_instant_is_a_file_with_the_path_at_its_time(state, tmp_path):
             np.testing.assert_array_equal(found.point_data[word], values[k])
 
 
+def test_without_tangents_vectors_lie_along_the_first_axes(tmp_path):
+    joint = replace(shakedown.example("four-node-3d"), coordinates=np.arange(12.0).reshape(4, 3))
+    (_, path) = save_node_instants(shakedown.long_term_state(joint, 1.4), tmp_path / "nodes.vtu", 1)
+    v = meshlane.read(path).point_data["v"]
+    assert (v.shape, v[:, 2].any(), v.any()) == ((4, 3), False, True)
+
+
 def test_the_command_writes_them_beside_the_table_of_the_period(tmp_path):
     path = tmp_path / "nodes.vtp"
     asked = ("nodes", "two-node", "--load-factor", "0.9", "--instants", "2", "-o")
