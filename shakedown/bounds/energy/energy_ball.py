@@ -387,7 +387,8 @@ def _ball(
         found = ball_around(limits, load_factor, held, split=split)
     if found.status == Status.INFEASIBLE:
         return result(limits, Status.INFEASIBLE, NO_SAFE_SLIP if held is None else NOT_HELD)
-    if held is not None and not found.value > 0:
+    known = 0.0 if held is None else ROUND_OFF * float(limits.metric.norm(held)) / limits.metric.unit
+    if held is not None and not found.value > known:
         return result(limits, Status.INFEASIBLE, NOT_HELD)
     if not leaves_margins(found.limits, found.slip, load_factor, tolerances):
         return result(limits, Status.INFEASIBLE, NO_SLACK)
