@@ -78,8 +78,8 @@ def test_what_is_over_decides_nothing():
     still, breathing = (
         evolve(one_node(q_w=[[0.0]] * 2, p_w=[[1.0], [last]]), 1.0, cycles=2).cycles for last in (0.5, -0.5)
     )
-    assert recorded_verdict([*breathing, *still], np.ones(1)).outcome == Outcome.SHAKEDOWN
-    assert recorded_verdict([*still, *breathing], np.ones(1)).outcome == Outcome.SEPARATION
+    assert recorded_verdict([*breathing, *still], np.ones(1))[0] == Outcome.SHAKEDOWN
+    assert recorded_verdict([*still, *breathing], np.ones(1))[0] == Outcome.SEPARATION
 
 
 @METHODS
