@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import lapack, solve_triangular
 
-from shakedown.ground.constants import CONE, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import CONE, SIX_DIGITS, FloatArray, Mask
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import (
@@ -49,7 +49,6 @@ class Basis:
     sizes: FloatArray
 
 
-Mask = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 

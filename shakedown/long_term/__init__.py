@@ -10,7 +10,7 @@ uncoupled joint);
 
 Where a verdict is reached, "for ever" included: in the plane by ``plane.phase_loop.judge_period``, of one
 period that has come back to where it began; whether a drift lasts is decided before it, by
-``plane.phase_loop.choose_phase`` where ``plane.period_map.find_limit`` has a limit, else by
+``plane.period_map.find_limit``, which finds the limit that it has, or where that finds none by
 ``limit_search.LimitSearch._give_limit``. In space by ``SteadySearch``
 in ``space.steady_search``: ``_at_rest``, ``_repeats``, ``_approaches``, ``_slips_for_ever``. At fixed steps
 by ``simulation.recorded_verdict``. Whatever a search from event to event has found, in the plane, too,

@@ -189,7 +189,7 @@ def _rotation(axis: FloatArray) -> FloatArray:
     return np.asarray(found)
 
 
-FEW = 24_000  # coefficients: beyond, the normal equations of all blocks take less time
+FEW = 24_000  # coefficients: of more, one product of all takes longer than one a node
 RANK = np.finfo(float).eps  # relative size, per row, of a diagonal of the factor that counts as zero
 
 Places = NDArray[np.intp]
@@ -297,10 +297,11 @@ class DiscProgram:
 
     @cached_property
     def _unknowns(self) -> Unknowns:
-        """The last two numbers of as many nodes as determine y, their reactions; y itself if not well.
+        """Reactions, the last two numbers of as many nodes as determine y; y itself if S is ill-conditioned.
 
-        A reaction adds to the normal equations of its node alone, a pressure one row: round-off hides
-        less than in y, and there is a third of the work.
+        In z the discs of a node have two coefficients each in their last two numbers: they add a 2 × 2
+        block to the normal equations, and their first number one dense row. That is a third of the work
+        in y, and near the end, where W⁻² spans many orders, no large row hides a small one.
         """
         n, r = len(self.blocks), self.rank
         nodes, t, to_x = np.arange(n), 0, np.eye(r + len(self.cost))

@@ -104,9 +104,9 @@ def solve_discs(
     ('optimal', array([0.2, 0.6]))
     """
     shared = _shared(program, earlier)
-    end = _followed(program, usable, shared, enough)
+    end = _solved(program, usable, shared, enough)
     if shared and end.status == Status.UNDECIDED:
-        end = _followed(program, usable, (), enough)
+        end = _solved(program, usable, (), enough)
     if end.status == Status.UNDECIDED:
         raise SolverError(
             f"the program of {len(program.node)} discs ended without an answer, {end.accuracy:.1e} from one"
@@ -114,26 +114,26 @@ def solve_discs(
     return end
 
 
-def _shared(rows: DiscProgram, earlier: Points) -> Points:
+def _shared(program: DiscProgram, earlier: Points) -> Points:
     """The iterates up to the last with residuals here small beside its gap; empty where there is none."""
-    size_h, size_c = _sizes(rows)
-    if earlier and (earlier[0].x.shape, earlier[0].s.shape) != (rows.costs.shape, rows.limits.shape):
+    size_h, size_c = _sizes(program)
+    if earlier and (earlier[0].x.shape, earlier[0].s.shape) != (program.costs.shape, program.limits.shape):
         return ()
     for last in range(len(earlier), 0, -1):
         x, s, y, tau, _ = earlier[last - 1]
-        short = float(np.linalg.norm(rows.times(x) + s - tau * rows.limits)) / size_h
-        left = float(np.linalg.norm(rows.transposed(y) + tau * rows.costs)) / size_c
+        short = float(np.linalg.norm(program.times(x) + s - tau * program.limits)) / size_h
+        left = float(np.linalg.norm(program.transposed(y) + tau * program.costs)) / size_c
         # such a point of another program serves as a start
         if max(short, left) * tau <= 0.5 * float(s @ y):
             return earlier[:last]
     return ()
 
 
-def _followed(rows: DiscProgram, usable: float, shared: Points, enough: StopTest | None) -> SelfDualSolution:
-    unit, path = rows.cones.unit, list(shared)
-    point = path[-1] if path else Point(np.zeros(len(rows.costs)), unit, unit, 1.0, 1.0)
-    seen = rows.times(point.x), rows.transposed(point.y)
-    best, idle = _judged(rows, point, seen), 0
+def _solved(program: DiscProgram, usable: float, begun: Points, enough: StopTest | None) -> SelfDualSolution:
+    unit, path = program.cones.unit, list(begun)
+    point = path[-1] if path else Point(np.zeros(len(program.costs)), unit, unit, 1.0, 1.0)
+    seen = program.times(point.x), program.transposed(point.y)
+    best, idle = _judged(program, point, seen), 0
     for _ in range(ITERATIONS):
         # near enough to stop after two iterations without progress
         patience = (
@@ -141,18 +141,18 @@ def _followed(rows: DiscProgram, usable: float, shared: Points, enough: StopTest
         )
         if best.accuracy <= REACHED or idle > patience:
             break
-        scaling = rows.cones.scaling(point.s, point.y)
+        scaling = program.cones.scaling(point.s, point.y)
         if not np.all(np.isfinite(scaling.point)):
             break
         try:
-            point = _next(rows, point, seen, scaling)
+            point = _next(program, point, seen, scaling)
         except np.linalg.LinAlgError:
             break
         if not (np.isfinite(point.x).all() and point.tau > 0 and point.kappa > 0):
             break
         path.append(point)
-        seen = rows.times(point.x), rows.transposed(point.y)
-        found = _judged(rows, point, seen)
+        seen = program.times(point.x), program.transposed(point.y)
+        found = _judged(program, point, seen)
         x, s, y = (part / point.tau for part in point[:3])
         if enough is not None and enough(x, y):
             return SelfDualSolution(Status.OPTIMAL, x, s, y, found.accuracy, tuple(path))
@@ -164,13 +164,13 @@ def _followed(rows: DiscProgram, usable: float, shared: Points, enough: StopTest
 
 
 @np.errstate(all="ignore")  # what is not finite is no point
-def inner_point(rows: DiscProgram, end: SelfDualSolution, gap: float = FOUR_DIGITS) -> Point | None:
+def inner_point(program: DiscProgram, end: SelfDualSolution, gap: float = FOUR_DIGITS) -> Point | None:
     """A point of both programs well inside their cones, without residuals; None where there is none.
 
     From the point on the way to an optimum that has this mean of slack times multiplier, by Newton's
     method towards the centre there.
     """
-    cones, h, c = rows.cones, rows.limits, rows.costs
+    cones, h, c = program.cones, program.limits, program.costs
 
     def mean(point: Point) -> float:
         return float(point.s @ point.y) / point.tau**2 / cones.degree
@@ -182,16 +182,16 @@ def inner_point(rows: DiscProgram, end: SelfDualSolution, gap: float = FOUR_DIGI
     for _ in range(NEWTON_ROUNDS):
         scaling = cones.scaling(s, y)
         centre = scaling.point
-        left, short = -(rows.transposed(y) + c), h - rows.times(x) - s
+        left, short = -(program.transposed(y) + c), h - program.times(x) - s
         rest = max(float(np.abs(left).max()), float(np.abs(short).max()))
         if rest <= ROUND_OFF * max(1.0, float(np.abs(y).max()), float(np.abs(s).max())):
             return Point(x, s, y, 1.0, 0.0)
         wanted = cones.quotient(centre, target * cones.unit - cones.product(centre, centre))
         try:
-            dx, dy = _newton_equations(rows, scaling)(left, short - scaling.times(wanted))
+            dx, dy = _newton_equations(program, scaling)(left, short - scaling.times(wanted))
         except np.linalg.LinAlgError:
             return None
-        ds = short - rows.times(dx)
+        ds = short - program.times(dx)
         way = min(1.0, 0.9 * cones.reach_from(s)(ds), 0.9 * cones.reach_from(y)(dy))
         if not np.isfinite(dx).all():
             return None
@@ -200,22 +200,22 @@ def inner_point(rows: DiscProgram, end: SelfDualSolution, gap: float = FOUR_DIGI
 
 
 @np.errstate(all="ignore")  # what is not finite is of no use, and is not taken
-def balanced_multipliers(rows: DiscProgram, point: Point) -> FloatArray:
+def balanced_multipliers(program: DiscProgram, point: Point) -> FloatArray:
     """Multipliers with Gᵀ y + τ c = 0 next to those of a point, in the metric of its scaling."""
-    scaling = rows.cones.scaling(point.s, point.y)
-    left = rows.transposed(point.y) + point.tau * rows.costs
+    scaling = program.cones.scaling(point.s, point.y)
+    left = program.transposed(point.y) + point.tau * program.costs
     try:
-        _, dy = _newton_equations(rows, scaling)(left, np.zeros_like(point.y))
+        _, dy = _newton_equations(program, scaling)(left, np.zeros_like(point.y))
     except np.linalg.LinAlgError:
         return np.full_like(point.y, np.nan)
     return point.y - dy
 
 
-def _judged(rows: DiscProgram, point: Point, seen: tuple[FloatArray, FloatArray]) -> SelfDualSolution:
+def _judged(program: DiscProgram, point: Point, seen: tuple[FloatArray, FloatArray]) -> SelfDualSolution:
     """The point, with G x and Gᵀ y, as an optimum or as a proof of none, whichever it is nearer to."""
     x, s, y, tau = point.x, point.s, point.y, point.tau
-    h, c = rows.limits, rows.costs
-    size_h, size_c = _sizes(rows)
+    h, c = program.limits, program.costs
+    size_h, size_c = _sizes(program)
     Gx, Gy = seen
     value, proved = float(c @ x), float(h @ y)
     gap = float(s @ y) / tau / max(abs(value), abs(proved), tau * USABLE)
@@ -231,18 +231,18 @@ def _judged(rows: DiscProgram, point: Point, seen: tuple[FloatArray, FloatArray]
     return min(ends, key=lambda end: end.accuracy if np.isfinite(end.accuracy) else np.inf)
 
 
-def _sizes(rows: DiscProgram) -> tuple[float, float]:
+def _sizes(program: DiscProgram) -> tuple[float, float]:
     """The scales of the residuals of slacks and of multipliers."""
-    return max(1.0, float(np.linalg.norm(rows.limits))), max(1.0, float(np.linalg.norm(rows.costs)))
+    return max(1.0, float(np.linalg.norm(program.limits))), max(1.0, float(np.linalg.norm(program.costs)))
 
 
-def _next(rows: DiscProgram, point: Point, seen: tuple[FloatArray, FloatArray], scaling: Scaling) -> Point:
+def _next(program: DiscProgram, point: Point, seen: tuple[FloatArray, FloatArray], scaling: Scaling) -> Point:
     """One step of Mehrotra's predictor and corrector."""
-    cones, centre = rows.cones, scaling.point
+    cones, centre = program.cones, scaling.point
     x, s, y, tau, kappa = point
-    h, c = rows.limits, rows.costs
+    h, c = program.limits, program.costs
     Gx, Gy = seen
-    both = _newton_equations(rows, scaling)
+    both = _newton_equations(program, scaling)
     left, short = -(Gy + tau * c), tau * h - Gx - s
     lost = -(kappa + float(c @ x) + float(h @ y))
 
@@ -255,7 +255,7 @@ def _next(rows: DiscProgram, point: Point, seen: tuple[FloatArray, FloatArray], 
         x2, y2 = both(share * left, share * short - scaling.times(wanted))
         dtau = (share * lost - target_tau / tau - float(c @ x2) - float(h @ y2)) / slope
         dx, dy = x2 + dtau * x1, scaling.times(y2 + dtau * y1)
-        ds = scaling.divided(share * short + dtau * h - rows.times(dx))
+        ds = scaling.divided(share * short + dtau * h - program.times(dx))
         return Point(dx, ds, dy, dtau, (target_tau - kappa * dtau) / tau)
 
     def length(d: Point) -> float:
@@ -278,37 +278,37 @@ def _next(rows: DiscProgram, point: Point, seen: tuple[FloatArray, FloatArray], 
     )
 
 
-def _newton_equations(rows: DiscProgram, scaling: Scaling) -> Newton:
+def _newton_equations(program: DiscProgram, scaling: Scaling) -> Newton:
     """(dx, dy) of Gᵀ dy = first and G dx − W² dy = second.
 
     By the normal equations, or by an orthogonal factor where round-off leaves them not definite.
     """
     try:
-        solve = rows.normal_equations(scaling)
+        solve = program.normal_equations(scaling)
     except np.linalg.LinAlgError:
-        solve = rows.orthogonal_factor(scaling)
-    return lambda first, second: _refined(rows, scaling, solve, first, second)
+        solve = program.orthogonal_factor(scaling)
+    return lambda first, second: _refined(program, scaling, solve, first, second)
 
 
 def _refined(
-    rows: DiscProgram, scaling: Scaling, solve: Solve, first: FloatArray, second: FloatArray
+    program: DiscProgram, scaling: Scaling, solve: Solve, first: FloatArray, second: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """(dx, dy), refined by conjugate gradients with a factor.
 
     dy is summed up along with dx, so that its balance is not lost where W⁻² spans many orders.
     """
-    right = first + rows.transposed(scaling.divided(scaling.divided(second)))
+    right = first + program.transposed(scaling.divided(scaling.divided(second)))
     dx = solve(right)
-    dy = scaling.divided(scaling.divided(rows.times(dx) - second))
+    dy = scaling.divided(scaling.divided(program.times(dx) - second))
     enough, way, last = ROUND_OFF * sqrt(right @ right), np.zeros_like(dx), 1.0
     for _ in range(REFINEMENTS):
-        rest = first - rows.transposed(dy)
+        rest = first - program.transposed(dy)
         if not sqrt(rest @ rest) > enough:
             break
         ahead = solve(rest)
         slope = float(rest @ ahead)
         way, last = ahead + slope / last * way, slope
-        along = scaling.divided(rows.times(way))
+        along = scaling.divided(program.times(way))
         across = float(along @ along)
         length = slope / across if slope and across else np.inf  # zero slope: the rest is round-off
         if not np.isfinite(length):
