@@ -312,7 +312,8 @@ class DiscProgram:
             if np.linalg.cond(S, 1) * SIX_DIGITS < 1.0:
                 nodes, t, to_x[:r, :r] = order, int(kept.all(axis=1).sum()), np.linalg.inv(S)
         to_y = to_x[:r, :r]
-        return Unknowns(nodes, t, self.blocks[nodes] @ to_y, to_x, to_y.T @ to_y)
+        rows = self.blocks[nodes].reshape(CONE * n, r) @ to_y
+        return Unknowns(nodes, t, rows.reshape(n, CONE, r), to_x, to_y.T @ to_y)
 
     @cached_property
     def _few(self) -> FloatArray | None:

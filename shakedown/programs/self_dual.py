@@ -133,7 +133,7 @@ def _solved(program: DiscProgram, usable: float, begun: Points, enough: StopTest
     unit, path = program.cones.unit, list(begun)
     point = path[-1] if path else Point(np.zeros(len(program.costs)), unit, unit, 1.0, 1.0)
     seen = program.times(point.x), program.transposed(point.y)
-    best, idle = _judged(program, point, seen), 0
+    best, idle = _judged(program, point, *seen), 0
     for _ in range(ITERATIONS):
         # near enough to stop after two iterations without progress
         patience = (
@@ -145,14 +145,14 @@ def _solved(program: DiscProgram, usable: float, begun: Points, enough: StopTest
         if not np.all(np.isfinite(scaling.point)):
             break
         try:
-            point = _next(program, point, seen, scaling)
+            point = _next(program, point, *seen, scaling)
         except np.linalg.LinAlgError:
             break
         if not (np.isfinite(point.x).all() and point.tau > 0 and point.kappa > 0):
             break
         path.append(point)
         seen = program.times(point.x), program.transposed(point.y)
-        found = _judged(program, point, seen)
+        found = _judged(program, point, *seen)
         x, s, y = (part / point.tau for part in point[:3])
         if enough is not None and enough(x, y):
             return SelfDualSolution(Status.OPTIMAL, x, s, y, found.accuracy, tuple(path))
@@ -211,12 +211,11 @@ def balanced_multipliers(program: DiscProgram, point: Point) -> FloatArray:
     return point.y - dy
 
 
-def _judged(program: DiscProgram, point: Point, seen: tuple[FloatArray, FloatArray]) -> SelfDualSolution:
+def _judged(program: DiscProgram, point: Point, Gx: FloatArray, Gy: FloatArray) -> SelfDualSolution:
     """The point, with G x and Gᵀ y, as an optimum or as a proof of none, whichever it is nearer to."""
     x, s, y, tau = point.x, point.s, point.y, point.tau
     h, c = program.limits, program.costs
     size_h, size_c = _sizes(program)
-    Gx, Gy = seen
     value, proved = float(c @ x), float(h @ y)
     gap = float(s @ y) / tau / max(abs(value), abs(proved), tau * USABLE)
     short = float(np.linalg.norm(Gx + s - tau * h)) / tau / size_h
@@ -236,12 +235,11 @@ def _sizes(program: DiscProgram) -> tuple[float, float]:
     return max(1.0, float(np.linalg.norm(program.limits))), max(1.0, float(np.linalg.norm(program.costs)))
 
 
-def _next(program: DiscProgram, point: Point, seen: tuple[FloatArray, FloatArray], scaling: Scaling) -> Point:
+def _next(program: DiscProgram, point: Point, Gx: FloatArray, Gy: FloatArray, scaling: Scaling) -> Point:
     """One step of Mehrotra's predictor and corrector."""
     cones, centre = program.cones, scaling.point
     x, s, y, tau, kappa = point
     h, c = program.limits, program.costs
-    Gx, Gy = seen
     both = _newton_equations(program, scaling)
     left, short = -(Gy + tau * c), tau * h - Gx - s
     lost = -(kappa + float(c @ x) + float(h @ y))
