@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from shakedown.long_term.simulation import Simulation
 
 
-WORK_BEYOND = 2e10  # multiplications and additions that a run may take which is proved to slip for ever
+WORK_BEYOND = 4e10  # multiplications and additions that a run may take which is proved to slip for ever
 THREE_NUMBERS = "impossible_above", "proved_from_this_state", "proved_from_every_state"
 REFUTED = "round-off decides: its load factor is {:.7g}, although no slip is safe above {:.7g}"
 

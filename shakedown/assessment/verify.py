@@ -9,7 +9,7 @@ from functools import cached_property, partial
 from typing import Any, Literal
 
 from shakedown.assessment.assess import Assessment, SecondBounds, assess, independent_findings, second_bounds
-from shakedown.assessment.every_limit import WORK_BEYOND, JointLimits
+from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.plan import BELOW, NO_ZONE, Case, case_as_given, plan_steps
 from shakedown.assessment.transient_limit import SlipLimit
 from shakedown.bounds.bound_result import Bound, open_ends
@@ -342,7 +342,7 @@ def verify(
         As for :func:`shakedown.simulate`. In space a run is also stopped as undecided after 8e10 operations,
         about half a minute (2e10 where that was too few for λ = 1); ``simulate`` has no such limit. Above
         λ_max a joint in space of more than 50 node pairs is followed until its slip is known to three
-        digits, within 2e10 operations.
+        digits, within 4e10 operations.
     budget
         Enumerate the critical load factors if there are at most so many subsets.
     slip_below
@@ -475,7 +475,7 @@ def _simulated(
     planned = [begin(step) for step in steps]
     first = nominal()
     # where they were too few for λ = 1
-    follow = limited_work(WORK_BEYOND if is_spent(first.simulation) else MOST_WORK)(run_of)
+    follow = limited_work(0.25 * MOST_WORK if is_spent(first.simulation) else MOST_WORK)(run_of)
     cases, ends = list[Case](), list[Callable[[], Any]]()
     for step in planned:  # what one load factor has begins while the next one is planned
         new = step()
