@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.assessment.transient_limit import History, bisected, check_scan
+from shakedown.assessment.transient_limit import History, bisected, check_scan, history_of
 from shakedown.bounds.bound_result import Bound, Evidence
 from shakedown.bounds.every_state.universal_bound import least_pressure_bound
 from shakedown.bounds.registry import takes_long
@@ -164,11 +164,6 @@ class _Search:
         return self.limits.problem
 
     @cached_property
-    def start(self) -> FloatArray:
-        """The slip that is asked about."""
-        return checked_initial_slip(self.problem, self.limits.initial_slip)
-
-    @cached_property
     def bodies(self) -> tuple[SlidingBody, ...]:
         """Every body that may creep; none where something about one is not known."""
         found = sliding_bodies(self.problem)
@@ -176,8 +171,8 @@ class _Search:
 
     @cached_property
     def history(self) -> History:
-        """The long-term states from that slip."""
-        return History(self.problem, self.start, (), self.limits.tolerances)
+        """The long-term states from the slip that is asked about."""
+        return history_of(self.limits)
 
     def found(self) -> Bound:
         """λ_c with its evidence."""
@@ -228,7 +223,7 @@ class _Search:
             return
         body = self.bodies[0]
         if len(self.bodies) == 1 and body.problem is self.problem and self.problem.q_transient is None:
-            held = body.held_bound(self.start)[0]
+            held = body.held_bound(self.history.start)[0]
             if held > 0:
                 yield "held", (held, THIS)
 

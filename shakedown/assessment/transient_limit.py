@@ -102,11 +102,10 @@ def of_joint(limits: Any) -> Bound | Missing | None:
     if end is None:
         return None
     limits.note_what_is_known()
-    problem = limits.problem
-    history = History(problem, checked_initial_slip(problem, limits.initial_slip), (), limits.tolerances)
-    if takes_long(problem) and not limits.open_nodes:
+    history, long = history_of(limits), takes_long(limits.problem)
+    if long and not limits.open_nodes:
         history.runs[end] = limits.slip_beyond(end, history.start, CYCLES).settled
-    usual = FOUR_DIGITS if takes_long(problem) else SIX_DIGITS  # following it takes seconds, longer near λ_T
+    usual = FOUR_DIGITS if long else SIX_DIGITS  # following it takes seconds, longer near λ_T
     return attempt(scanned_limit, history, end, SCANNED, limits.accuracy or usual)
 
 
@@ -199,6 +198,12 @@ class History:
     def shakes_down(self, load_factor: float) -> bool:
         """Whether it shakes down at a load factor."""
         return self.at(load_factor).outcome == Outcome.SHAKEDOWN
+
+
+def history_of(limits: Any) -> History:
+    """The long-term states of a joint whose limits are computed, from the slip that is asked about."""
+    start = checked_initial_slip(limits.problem, limits.initial_slip)
+    return History(limits.problem, start, (), limits.tolerances)
 
 
 @on_one_thread
