@@ -341,11 +341,10 @@ class JointLimits(Result):
         In the plane the largest. In space, where one that holds a slip is found sooner, the one that holds
         this state best where λ_E proves it, above λ_E a slip that is safe there.
         """
-        if load_factor not in self._kept:
+        if load_factor not in self._balls:
             above = not self.open_nodes and load_factor > self.upper.load_factor
-            self._kept[load_factor] = Missing(NO_SAFE_SLIP) if above else attempt(self._ball_at, load_factor)
-        found: EnergyBall | Missing = self._kept[load_factor]
-        return found
+            self._balls[load_factor] = Missing(NO_SAFE_SLIP) if above else attempt(self._ball_at, load_factor)
+        return self._balls[load_factor]
 
     def slip_beyond(self, load_factor: float, start: FloatArray, cycles: int) -> "Simulation":
         """The simulation above λ_max from a start, made once, to three digits; given up where it takes long.
@@ -355,15 +354,17 @@ class JointLimits(Result):
         from shakedown.long_term.simulation import simulate  # loads compiled code
 
         key, rough = (load_factor, start.tobytes(), cycles), replace(self.tolerances, slip_change=FOUR_DIGITS)
-        if key not in self._kept:
+        if key not in self._runs:
             with limited_work(WORK_BEYOND):
-                self._kept[key] = simulate(self.problem, load_factor, start, cycles=cycles, tolerances=rough)
-        found: Simulation = self._kept[key]
-        return found
+                self._runs[key] = simulate(self.problem, load_factor, start, cycles=cycles, tolerances=rough)
+        return self._runs[key]
 
     @cached_property
-    def _kept(self) -> dict[object, Any]:
-        """Balls by their load factor, simulations above λ_max by what they depend on."""
+    def _balls(self) -> dict[float, EnergyBall | Missing]:
+        return {}
+
+    @cached_property
+    def _runs(self) -> dict[tuple[float, bytes, int], "Simulation"]:
         return {}
 
     def _ball_at(self, load_factor: float) -> EnergyBall:
