@@ -98,6 +98,8 @@ class RigidRates:
         Σ weights_i |w_i|² ≤ stretch ‖w‖².
     feeds : (n, k)
         f_i B_i in unit slips: ‖Σ |z_i| feeds_i‖ is how much rigid slip changes friction limits.
+    steepest
+        ‖Σ ε_i feeds_i‖ ≤ steepest · √Σ f_i² c_i ε_i², c_i being stiffnesses.
     motions : (n, d, r)
         The rigid motions, Σ c_i f_i z_i · z'_i = 0 or 1 of any two, c_i being stiffnesses.
     """
@@ -107,6 +109,7 @@ class RigidRates:
     weights: FloatArray
     stretch: float
     feeds: FloatArray
+    steepest: float
     motions: FloatArray
 
     def proved(self, firm: FloatArray, long: FloatArray, low: FloatArray, high: FloatArray) -> bool:
@@ -139,10 +142,8 @@ class RigidRates:
         others = self.motions.shape[2] - 1
         signs = np.insert(np.array(list(product((-1.0, 1.0), repeat=others))), axis, 0.0, axis=1)
         spread, sizes_of_feeds = self._sizes(signs), self.joint.f * np.sqrt(self.joint.stiffness)
-        feeds = self.feeds / sizes_of_feeds[:, None]
-        # ‖Σ ε_i feeds_i‖ ≤ largest · √Σ (sizes_i ε_i)²; and the round-off of a sum of feeds that cancel
-        largest = float(np.sqrt(np.linalg.eigvalsh(feeds @ feeds.T)[-1])) * (1.0 + NEGLIGIBLE)
-        feed_off = float(np.linalg.norm(spread * sizes_of_feeds, axis=1).max()) * largest
+        feed_off = float(np.linalg.norm(spread * sizes_of_feeds, axis=1).max()) * self.steepest
+        # of a sum of feeds that cancel
         round_off = float(len(self.feeds) * EPS * np.abs(self.feeds).max() * 8)
         half = 1.0 / PARTS
         line = half * (2.0 * np.arange(PARTS) + 1.0) - 1.0
@@ -193,13 +194,14 @@ def rigid_rates(joint: ScaledJoint) -> RigidRates:
     weighted = slips * np.sqrt(np.repeat(weights, joint.d))
     n, r = joint.n, joint.motions.shape[1]
     root = np.sqrt(np.repeat(joint.f * joint.stiffness, joint.d))[:, None]
-    motions = np.linalg.qr(root * joint.motions)[0] / root
+    motions, scaled = np.linalg.qr(root * joint.motions)[0] / root, pressures / np.sqrt(joint.stiffness)
     return RigidRates(
         joint=joint,
         margin=energy_margin(joint, units),
         weights=weights,
         stretch=float(np.linalg.eigvalsh(weighted @ weighted.T)[-1]) * (1.0 + NEGLIGIBLE),
         feeds=np.asarray((pressures * joint.f).T),
+        steepest=float(np.sqrt(np.linalg.eigvalsh(scaled.T @ scaled)[-1])) * (1.0 + NEGLIGIBLE),
         motions=motions.reshape(n, joint.d, r),
     )
 
