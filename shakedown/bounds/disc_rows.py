@@ -50,6 +50,7 @@ class Basis:
 
 
 Indices = NDArray[np.intp]
+Discs = tuple[Indices, Indices]  # rows of load steps, and nodes
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,9 +99,8 @@ class DiscRows:
         rows = np.vstack([stiffness.reshape(CONE * len(stiffness), stiffness.shape[-1]), gaps])
         M = rows * (1.0 / np.where(of_rows > 0, of_rows, 1.0))[:, None]
         known = np.flatnonzero(M.any(axis=0))
-        to_slips = np.zeros((M.shape[1], 0))
         if not known.size:
-            return Basis(np.zeros((len(M), 0)), to_slips, sizes)
+            return Basis(np.zeros((len(M), 0)), np.zeros((M.shape[1], 0)), sizes)
         lengths = np.linalg.norm(M[:, known], axis=0)
         Q = M[:, known] / lengths
         R, dependent = lapack.dpotrf(Q.T @ Q)  # Q R⁻¹ is orthonormal to the digits that squares leave
@@ -206,7 +206,7 @@ def disc_rows(problem: Problem) -> DiscRows:
         step=step,
         c=constant[node],
         e=triples(law, loop.q1, loop.p1)[step, node],
-        half_spaces=_pressure(problem, loop.p0, -loop.p1, np.arange(problem.m), step, node),
+        half_spaces=_pressures(problem, loop.p0, -loop.p1, np.arange(problem.m), (step, node)),
         names=np.arange(problem.n),
     )
 
@@ -234,7 +234,7 @@ def zone_rows(zone: Zone, transient: bool = False) -> DiscRows:
     law, steps, (q, p) = problem.law, np.arange(-len(path), 0), problem.layout.split(path)
     node, step = law.extreme_steps(q, p)
     before = triples(law, q, p)[step, node]
-    pressures = _pressure(problem, np.zeros(problem.n), -p, steps, step, node)
+    pressures = _pressures(problem, np.zeros(problem.n), -p, steps, (step, node))
     pressures = replace(pressures, g=-pressures.d, d=np.zeros_like(pressures.d))
     return replace(
         rows,
@@ -257,11 +257,11 @@ def triples(law: Law, q: FloatArray, p: FloatArray) -> FloatArray:
     return np.concatenate([law.limit(p)[..., None], law.layout.by_node(q)], axis=-1)
 
 
-def _pressure(problem: Problem, p0: FloatArray, less: FloatArray, step: Indices, *at: Indices) -> Constraints:
+def _pressures(problem: Problem, p0: FloatArray, less: FloatArray, step: Indices, at: Discs) -> Constraints:
     """The pressures of nodes without friction, with the load steps (m,) that take most from them.
 
     ``less`` (m, n) is what they take from p0 (n,) at load factor 1; of load steps that take as much it is
-    one of a disc, ``at`` whose load steps and nodes these are.
+    that of a disc, ``at`` the load steps and nodes of the discs.
     """
     frictionless, of_discs = problem.law.frictionless, np.full_like(less, -np.inf)
     of_discs[at] = less[at]

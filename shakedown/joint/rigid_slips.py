@@ -332,7 +332,7 @@ def _scaled(problem: Problem, stiffness: FloatArray) -> tuple[FloatArray, FloatA
 def _clearly_held(stiffness: FloatArray) -> bool:
     """Whether a scaled stiffness shows at once that there is nothing rigid; quick."""
     # smallest eigenvalue of a scaled stiffness, relative, that needs no closer look
-    return is_definite(stiffness, float(np.abs(stiffness).sum(axis=0).max()) / CLEAR)
+    return is_definite(stiffness, float(np.linalg.norm(stiffness, 1)) / CLEAR)
 
 
 def _pinned(basis: FloatArray, lengths: FloatArray, doubt: str) -> RigidSlips:

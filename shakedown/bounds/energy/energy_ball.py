@@ -387,13 +387,13 @@ def _ball(
         found = ball_around(limits, load_factor, held, split=split)
     if found.status == Status.INFEASIBLE:
         return result(limits, Status.INFEASIBLE, NO_SAFE_SLIP if held is None else NOT_HELD)
-    known = 0.0 if held is None else ROUND_OFF * float(limits.metric.norm(held)) / limits.metric.unit
-    if held is not None and not found.value > known:
+    metric = limits.metric
+    if held is not None and not found.value > ROUND_OFF * float(metric.norm(held)) / metric.unit:
         return result(limits, Status.INFEASIBLE, NOT_HELD)
     if not leaves_margins(found.limits, found.slip, load_factor, tolerances):
         return result(limits, Status.INFEASIBLE, NO_SLACK)
     wedged = "the centre may move away without end, and the radius grows with it: this is one ball of many"
-    away = 0.0 if held is None else float(limits.metric.norm(found.slip - held)) / limits.metric.unit
+    away = 0.0 if held is None else float(metric.norm(found.slip - held)) / metric.unit
     radius = max(0.0, min(found.radius, found.value + away))
     reason = wedged if found.status == Status.UNBOUNDED else ""
     return result(found.limits, found.status, reason, found.slip, radius, found.limits.names(found.active))

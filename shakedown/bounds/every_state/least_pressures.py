@@ -117,7 +117,7 @@ class ScaledJoint:
     def held(self) -> bool:
         """Whether A is positive definite in the slips that are kept, if any, clear of round-off."""
         A = self.kept_stiffness
-        return bool(len(A)) and is_definite(A, 4 * len(A) * EPS * float(np.abs(A).sum(axis=0).max()))
+        return bool(len(A)) and is_definite(A, 4 * len(A) * EPS * float(np.linalg.norm(A, 1)))
 
     @cached_property
     def inverse(self) -> NDArray[np.floating]:
