@@ -1,4 +1,4 @@
-"""Pictures of a patch show the numbers of the results, where the nodes are, whichever way tangents are turned."""
+"""Patches of a contact in space: what is cut, where it is drawn; pictures show the numbers of the results there."""
 
 from dataclasses import replace
 
@@ -10,6 +10,7 @@ from matplotlib.quiver import Quiver
 import shakedown
 from shakedown import plot
 from shakedown.joint.constraints import loading
+from shakedown.models.condensation.contact_frame import tangent_pairs
 from shakedown.plot.patch_places import places_of
 
 BARE = shakedown.example("four-node-3d")
@@ -94,11 +95,24 @@ def grid(n: int, m: int) -> np.ndarray:
     return np.stack(np.meshgrid(np.arange(float(n)), np.arange(float(m))), axis=-1).reshape(-1, 2)
 
 
-def placed(x: np.ndarray) -> shakedown.Problem:
-    n = len(x)
+def joint(n: int, **places) -> shakedown.Problem:
+    """One that says of its n nodes where they are, and nothing else of interest."""
     return shakedown.Problem(
-        A=np.eye(2 * n), B=np.zeros((n, 2 * n)), f=0.5, q_w=np.zeros((2, 2 * n)), p_w=np.ones((2, n)), x=x
+        A=np.eye(2 * n), B=np.zeros((n, 2 * n)), f=0.5, q_w=np.ones((2, 2 * n)), p_w=np.ones((2, n)), **places
     )
+
+
+def placed(x: np.ndarray) -> shakedown.Problem:
+    return joint(len(x), x=x)
+
+
+def in_space(places, normals=None, faces=None) -> shakedown.Problem:
+    tangents = None if normals is None else tangent_pairs(normals)
+    return joint(len(places), coordinates=places, normal=normals, tangents=tangents, faces=faces)
+
+
+def patches(problem: shakedown.Problem) -> list:
+    return [places_of(problem, k) for k in range(plot.patch_count(problem))]
 
 
 def test_no_triangle_lies_across_a_hole_or_between_two_patches():
@@ -106,8 +120,8 @@ def test_no_triangle_lies_across_a_hole_or_between_two_patches():
     hole = whole[np.linalg.norm(whole - 5.5, axis=1) > 3.2]
     apart = np.concatenate([grid(5, 5), grid(5, 5) + np.array([20.0, 0.0])])
     for x, count in ((hole, 1), (apart, 2)):
-        assert plot.patch_count(placed(x)) == count
-        places = [places_of(placed(x), k) for k in range(count)]
+        places = patches(placed(x))
+        assert len(places) == count
         middle = np.concatenate([each.points[each.triangles.triangles].mean(axis=1) for each in places])
         assert len(middle) > 20
         assert np.linalg.norm(middle[:, None] - x, axis=2).min(axis=1).max() < 1.0
@@ -122,9 +136,7 @@ def test_no_triangle_lies_across_a_hole_or_between_two_patches():
         placed(grid(6, 6)), coordinates=np.column_stack([grid(6, 6), np.zeros(36)]), tangents=None,
         normal=np.where(grid(6, 6)[:, :1] < 2.5, 1.0, -1.0) * np.array([0.8, 0.0, 0.6]) + [0.0, 0.0, 0.0],
     )  # fmt: skip
-    assert [len(places_of(facing, k).triangles.triangles) for k in range(plot.patch_count(facing))] == [
-        2 * 2 * 5
-    ] * 2
+    assert [len(one.triangles.triangles) for one in patches(facing)] == [2 * 2 * 5] * 2
     assert places_of(placed(grid(5, 1))).triangles is None
     assert len(places_of(placed(grid(2, 2) + 1e9)).triangles.triangles) == 2
 
@@ -140,3 +152,80 @@ def test_loads_of_nodes_with_tangents_of_their_own_are_summed_along_the_axes():
     np.testing.assert_allclose(lines[0].get_ydata()[:-1], x)
     np.testing.assert_allclose(lines[2].get_ydata()[:-1], p[:, :2].sum(axis=1) - p[:, 2:].sum(axis=1))
     assert plot.loads_in_time(JOINT).lines[1].get_label() == "Σ q_w in x"
+
+
+def strips(rows: int, columns: int) -> np.ndarray:
+    """Quadrilaterals of a grid whose nodes stand row by row."""
+    first = columns * np.arange(rows - 1)[:, None] + np.arange(columns - 1)
+    return first.reshape(-1, 1) + np.array([0, columns, columns + 1, 1])
+
+
+def turned(places: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same anywhere in space."""
+    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    return places @ turn.T + [3.0, -7.0, 2.0], normals @ turn.T
+
+
+def bracket():
+    """Two squares at a right angle: at the edge the normals are the mean of both."""
+    steps = np.arange(5.0)
+    outline = np.concatenate(
+        [np.column_stack([steps[::-1], 0 * steps]), np.column_stack([0 * steps, steps])[1:]]
+    )
+    places = np.array([(x, y, z) for x, z in outline for y in np.arange(4.0)])
+    flat, edge, upright = [0.0, 0.0, 1.0], [0.5**0.5, 0.0, 0.5**0.5], [1.0, 0.0, 0.0]
+    return places, np.repeat([flat] * 4 + [edge] + [upright] * 4, 4, axis=0), strips(9, 4)
+
+
+def spacer():
+    """Both faces of a plate thinner than its elements are wide."""
+    grid = np.array([(x, y, 0.0) for x in range(5) for y in range(4)])
+    normals = np.repeat([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]], 20, axis=0)
+    faces = np.concatenate([strips(5, 4), strips(5, 4) + 20])
+    return np.concatenate([grid, grid + np.array([0, 0, 0.3])]), normals, faces
+
+
+@pytest.mark.parametrize(("body", "shared"), [(bracket, 4), (spacer, 0)])
+def test_edges_and_opposite_faces_are_cut(body, shared):
+    places, normals, faces = body()
+    places, normals = turned(places, normals)
+    both = patches(in_space(places, normals, faces))
+    assert [len(patch.nodes) for patch in both] == [20, 20]
+    assert len(np.intersect1d(*(patch.nodes for patch in both))) == shared
+    assert [patch.name for patch in both] == ["patch 1 of 2", "patch 2 of 2"]
+    # where no normals are known, those of the faces tell an edge
+    assert plot.patch_count(in_space(places, None, faces)) == 2
+
+
+def test_a_plane_patch_anywhere_keeps_its_lengths_and_that_along_the_axes_its_places():
+    places, normals, faces = bracket()
+    first, second = patches(in_space(places, normals, faces))
+    assert {first.axes, second.axes} == {("x", "y"), ("y", "z")}
+    for patch in (first, second):
+        kept = ["xyz".index(axis) for axis in patch.axes]
+        np.testing.assert_allclose(patch.points, places[patch.nodes][:, kept])
+    inclined = patches(in_space(*turned(places, normals), faces))
+    for patch, same in zip((first, second), inclined, strict=True):
+        apart = [np.linalg.norm(each.points[:, None] - each.points, axis=2) for each in (patch, same)]
+        np.testing.assert_allclose(apart[1], apart[0], atol=1e-12)
+
+
+@pytest.mark.parametrize("scale", [2.0**-200, 2.0**200])
+def test_units_change_no_patch(scale):
+    for places, normals, faces in (bracket(), spacer()):
+        for given in (faces, None):
+            one, other = (patches(in_space(factor * places, normals, given)) for factor in (1.0, scale))
+            for first, second in zip(one, other, strict=True):
+                np.testing.assert_array_equal(first.nodes, second.nodes)
+                size = np.abs(first.points).max()
+                np.testing.assert_allclose(second.points / scale, first.points, atol=1e-9 * size)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 12])
+def test_nodes_at_one_place_or_in_a_row_are_drawn_there(n):
+    along = np.arange(float(n))[:, None] * [1.0, 2.0, 0.5]
+    for places in (np.zeros((n, 3)), along):
+        (patch,) = patches(in_space(places))
+        assert sorted(patch.nodes) == list(range(n))
+        assert np.isfinite(patch.points).all()
+        assert patch.triangles is None

@@ -1,12 +1,17 @@
-"""Pictures carry units, tell flanks apart and show the numbers of the results they are drawn from."""
+"""Pictures carry units, tell flanks apart, show the numbers of their results, and reach files whole or not at all."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import shakedown
 from shakedown import UsageError, plot
+from shakedown.joint.constraints import constraints
+from shakedown.motion.evolution import evolve
+from shakedown.plot.planes import loads_felt, stick_sector
+from shakedown.programs import simplex
 
 BLOCK = shakedown.example("block-9")
 TWO = shakedown.example("two-node")
@@ -126,3 +131,89 @@ def test_a_straight_contact_along_an_axis_is_drawn_at_its_coordinates():
         BLOCK, coordinates=places * [1.0, 1.0, 0.0] + np.outer(np.arange(9.0) ** 2, [1.0, 0.0, 0.0])
     )
     assert plot.slip_along({"safe": np.zeros(9)}, bent).get_xlabel() == "position along the contact [mm]"
+
+
+def texts(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def test_reaction_space_shows_states_and_sectors():
+    problem = shakedown.example("one-node-separation")
+    run = evolve(problem, 1.0, problem.initial_slip[0], cycles=3)
+    shown = texts(plot.reaction_space(run, problem))
+    assert {"stick", "open"} <= set(shown)
+    assert "v = -1" in shown
+    assert "backward slip" not in shown
+
+
+@pytest.mark.parametrize("load_factor", [0.0, 0.3, 0.6573, 0.7, 0.73])
+def test_the_safe_polygon_is_the_safe_region(load_factor):
+    """Its corners are on two rows each and inside the others; random points agree with the rows."""
+    rows = constraints(TWO)
+    corners = simplex.corners(rows.G, rows.g - load_factor * rows.d)
+    excess = corners @ rows.G.T + load_factor * rows.d - rows.g
+    size = np.abs(rows.g).max()
+    assert (np.sort(np.abs(excess), axis=1)[:, :2] < 1e-10 * size).all()
+    assert (excess < 1e-10 * size).all()
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    points = np.random.default_rng(0).uniform(low, high, (200, 2))
+    (x, y), away = (np.roll(corners, -1, axis=0) - corners).T, points[:, None] - corners
+    left = x * away[..., 1] - y * away[..., 0]
+    inside = (points @ rows.G.T + load_factor * rows.d <= rows.g).all(axis=1)
+    assert np.array_equal((left >= 0).all(axis=1), inside)
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.3, 3.0])
+def test_above_the_last_safe_slip_the_window_has_that_slip(factor):
+    """Paths may end far away: the thesis draws the limits about the safe slip, figure 5.4 (d)."""
+    last = shakedown.upper_bound(TWO)
+    load_factor = factor * last.load_factor * (1 + 1e-9)
+    run = evolve(TWO, load_factor, [3.0, 6.0], cycles=1)
+    for results in ({}, {"path": run}):
+        axes = plot.slip_space(TWO, load_factor, results)
+        for (low, high), slip in zip((axes.get_xlim(), axes.get_ylim()), last.slip, strict=True):
+            assert low < slip < high
+        assert "safe slip at λ_max" in texts(axes)
+    below = plot.slip_space(TWO, 0.7)
+    assert "safe slip at λ_max" not in texts(below)
+
+
+def test_the_load_is_on_the_edge_of_its_sector_where_the_node_slips():
+    path = evolve(TWO, 0.72, [1.5, 1.5]).history
+    felt = loads_felt(TWO, path, 1)
+    for (tangential, normal), v, state in zip(felt, path.v[:, 1], path.state[:, 1], strict=True):
+        apex = stick_sector(TWO, 1, v, 1.0)[0]
+        use = (tangential - apex[0]) / (TWO.f[1] * (normal - apex[1]))
+        assert abs(use) <= 1 + 1e-9
+        assert not state or use == pytest.approx(state, abs=1e-9)
+    assert path.state[:, 1].any()
+
+
+@pytest.mark.parametrize(("ending", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
+def test_the_ending_decides_the_format_and_the_same_picture_has_the_same_bytes(tmp_path, ending, start):
+    paths = [tmp_path / f"{k}.{ending}" for k in range(2)]
+    for path in paths:
+        plot.save(plot.load_loop(TWO, 0), path)
+    first, second = (path.read_bytes() for path in paths)
+    assert first == second
+    assert first.startswith(start)
+    assert b"Date" not in first
+    assert b"dc:date" not in first
+
+
+def test_an_unknown_ending_is_refused(tmp_path):
+    axes = plot.load_loop(TWO, 0)
+    with pytest.raises(UsageError, match=r"loop\.doc: expected a name that ends in"):
+        plot.save(axes, tmp_path / "loop.doc")
+
+
+def test_a_picture_that_fails_leaves_the_old_file(tmp_path):
+    path = tmp_path / "old.png"
+    path.write_bytes(b"old")
+    axes = Figure().subplots()
+    axes.plot(np.arange(3.0), label="$\\notamacro{$")
+    axes.legend()
+    with pytest.raises(ValueError, match="notamacro"):
+        plot.save(axes, path)
+    assert path.read_bytes() == b"old"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["old.png"]

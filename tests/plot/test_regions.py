@@ -1,4 +1,4 @@
-"""Design diagrams: areas where the sweep has its regions, over one and two parameters."""
+"""Pictures of maps and design diagrams: what is drawn is what the map or the sweep says."""
 
 import numpy as np
 import pytest
@@ -10,10 +10,44 @@ from shakedown import plot
 TWO = shakedown.example("two-node")
 
 
+@pytest.fixture(scope="module")
+def grid():
+    return shakedown.initial_state_map(TWO, 0.7, states=400, sampler="grid")
+
+
 def names(axes):
     """Texts of the legend and in the areas, in one line each."""
-    legend = [text.get_text() for text in axes.get_legend().get_texts()]
-    return {" ".join(text.split()) for text in legend + [text.get_text() for text in axes.texts]}
+    return {" ".join(text.get_text().split()) for text in [*axes.get_legend().get_texts(), *axes.texts]}
+
+
+def test_cells_have_the_dissipation_of_their_states(grid):
+    axes = plot.basin(grid)
+    resting, *_, moving = axes.collections
+    cycling, rows = grid.outcome == "cyclic-slip", np.arange(len(grid)) >= len(grid.sampling.named)
+    np.testing.assert_array_equal(moving.get_array().compressed(), grid.dissipation[cycling & rows])
+    assert resting.get_array().count() == grid.outcomes["shakedown"]
+
+
+def test_states_anywhere_are_dots():
+    found = shakedown.initial_state_map(TWO, 0.7, states=200, sampler="ball", reach=3.0)
+    axes = plot.basin(found)
+    drawn = sum(len(collection.get_offsets()) for collection in axes.collections)
+    assert drawn == 200
+
+
+def test_separation_has_a_colour_of_its_own():
+    """Of nodes that do not feel each other node 0 opens and closes, node 1 stays where it is put."""
+    p_w = np.column_stack([[1.0, -1.0, -2.0, -1.0], np.ones(4)])
+    apart = shakedown.Problem(
+        A=np.eye(2), B=np.zeros((2, 2)), C=np.eye(2), f=0.5, q_w=np.zeros((4, 2)), p_w=p_w
+    )
+    found = shakedown.initial_state_map(apart, 1.0, states=36, sampler="grid")
+    assert found.outcomes == {"separation": 36}
+    axes = plot.basin(found)
+    assert "separation: opens and closes, no slip in contact" in names(axes)
+    assert len(axes.figure.axes) == 1  # no colour bar of dissipations
+    (drawn,) = [image for image in axes.collections if image.get_array().count()]
+    assert drawn.get_array().count() == 36
 
 
 def colours_at(axes, places):
