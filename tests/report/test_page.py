@@ -1,7 +1,11 @@
-"""The page of a report: every section, alternative texts, units, nothing from outside, and the right colour."""
+"""The page of a report: every section, alternative texts, units, nothing from outside, and the right colour.
+
+That of a joint with two tangential directions has its own pictures.
+"""
 
 import json
 import re
+from copy import copy
 from dataclasses import replace
 from functools import cache
 from html.parser import HTMLParser
@@ -12,14 +16,16 @@ from markupsafe import Markup
 
 import shakedown
 from shakedown import Problem
+from shakedown.assessment.assess import Assessment
 from shakedown.assessment.verify import Verification
 from shakedown.bounds.registry import BOUNDS
-from shakedown.report.data_facts import configuration
-from shakedown.report.html import render, run_picture, state_pictures
+from shakedown.ground.status import OPEN, SLIP
+from shakedown.report.data_facts import configuration, source_facts
+from shakedown.report.html import instants, render, run_picture, state_pictures
 from shakedown.report.limit_facts import limits_table
 from shakedown.report.run_facts import banner_class, limits_on_page, verify_sheet
-from tests.altered import with_limits
 
+ONE_IN_SPACE = shakedown.example("one-node-3d")
 SECTIONS = ["limits-of-the-load-factor", "runs", "state-at-λ-=-1", "joint", "provenance"]
 CLAIMS = ["proved from every state", "proved from this state", "impossible above"]
 VOID = {"meta", "input", "link", "br", "img", "use", "path", "circle", "image", "rect"}
@@ -51,15 +57,12 @@ class Page(HTMLParser):
             self.open.pop()
 
     def handle_data(self, data):
-        if self.open[-1:] == ["sub"]:  # as it is written elsewhere: λ_E
-            self.words[-1] += f"_{data}"
-            self.after_subscript = True
+        subscript = self.open[-1:] == ["sub"]  # as it is written elsewhere: λ_E
+        if subscript or self.after_subscript:
+            self.words[-1] += f"_{data}" if subscript else data
         elif "style" not in self.open:
-            if self.after_subscript:
-                self.words[-1] += data
-            else:
-                self.words.append(data)
-            self.after_subscript = False
+            self.words.append(data)
+        self.after_subscript = subscript
 
     def all(self, tag):
         return [attributes for name, attributes in self.elements if name == tag]
@@ -187,8 +190,7 @@ def test_colours_of_pictures_follow_the_page(block_page):
         assert colour not in pictures
 
 
-def test_labels_units_and_sources_are_told(block_page):
-    page = Page(block_page)
+def test_labels_units_and_sources_are_told(page, block_page):
     for words in (
         "4704", "Σ|Δv| [mm]", "SHA-256 ab12", "joint.inp",
         "import joint.toml", "assembly, vibration", "seed 0", "N, mm", "48 load steps", "Coulomb",
@@ -200,8 +202,9 @@ def test_labels_units_and_sources_are_told(block_page):
 @pytest.mark.usefixtures("undrawn")
 def test_the_configuration_of_an_import_is_shown_as_its_text(block):
     kept = {"name": "joint.toml", "text": '[model]\nname = "<b>"\r\nx = 1'}
-    problem = replace(block.problem, source=json.dumps({"configuration": kept}))
-    text = render(with_limits(block, problem=problem))
+    problem, limits = replace(block.problem, source=json.dumps({"configuration": kept})), copy(block.limits)
+    vars(limits).update(problem=problem)
+    text = render(replace(block, assessment=Assessment(limits)))
     assert "Configuration of the import: joint.toml" in text
     assert "[model]\nname = &#34;&lt;b&gt;&#34;\nx = 1</pre>" in text
     assert "\\n" not in configuration(problem)[1]
@@ -290,3 +293,42 @@ def test_every_limit_is_that_of_the_json_rounded_to_the_safe_side(name, request)
         exact = told[words[symbol]]["load_factor"]
         assert (value >= exact) if symbol == "λ_max" else (value <= exact)
         assert value == pytest.approx(exact, rel=1e-3)  # four digits
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_page_in_space_has_orbits_and_zones_in_place_of_what_the_plane_has():
+    page = render(shakedown.verify(ONE_IN_SPACE, load_factors=[1.4], random_states=0))
+    drawn = (
+        "Slip orbits of the nodes",
+        "What sticks, slips and is open",
+        "Normal reactions, and use of friction",
+    )
+    for words in drawn:
+        assert words in page
+    for absent in ("Hysteresis", "first collapse", "no wedging", "subsets", "f threshold"):
+        assert absent not in page
+    assert "1 node (3-D), 24 load steps" in page
+    assert "There is no view to turn: the problem does not say where its nodes are." in page
+    assert "<script" not in page  # its node has no place
+
+
+def test_instants_show_what_opens_where_as_many_nodes_slip_at_others():
+    """Nodes 17 and 23 of this state are open for 6 to 7 % of the period, one at a time, and slip before."""
+    path = shakedown.long_term_state(shakedown.example("bolted-flange"), 1.764).history
+    shown = path.at(np.array(instants(path))).state
+    assert (shown == OPEN).any()
+    assert (shown == SLIP).any()
+
+
+def test_loads_bolts_and_all_three_extents_are_told():
+    kinds = "Force", "Traction", "BodyForce"
+    loads = [{"kind": kind, "value": [1.0, 0.0, 0.0]} for kind in kinds]
+    body = {"mesh": {"elements": 2, "x": [0, 1], "y": [0, 2], "z": [-3, 0]}, "loads": loads}
+    bolt = {"head": "washer", "preload": 12e3, "stiffness": 2e5, "history": 1.0}
+    source = json.dumps({"bolts": [bolt], "bodies": [body]})
+    told = source_facts(replace(ONE_IN_SPACE, units="N, mm", source=source))
+    rows = {fact.label: fact.shown for fact in told}
+    assert rows["bolts"] == "head washer, preload 12000, stiffness 200000, history 1"
+    for kind in kinds:
+        assert f"kind {kind}, value (1, 0, 0)" in rows["bodies"]
+    assert "x (0, 1), y (0, 2), z (-3, 0)" in rows["bodies"]
