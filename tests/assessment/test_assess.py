@@ -1,4 +1,7 @@
-"""The three numbers of a joint: those of its bounds, each computed once, and what follows from them."""
+"""The three numbers of a joint: those of its bounds, each computed once, and what follows from them.
+
+With two tangential directions some limits do not exist.
+"""
 
 from dataclasses import replace
 
@@ -12,12 +15,13 @@ from benchmarks.problems import random_problem
 from shakedown.assessment.every_limit import admitted_up_to
 from shakedown.bounds import accumulated_bound as accumulated_module
 from shakedown.bounds import upper as upper_module
+from shakedown.ground.errors import Missing
 from shakedown.ground.status import LimitsVerdict
 from shakedown.joint.constraints import loading
 from tests.joints import any_joint
 
 TWO, THREE, BLOCK = (shakedown.example(name) for name in ("two-node", "three-node", "block-9"))
-RECEDING = shakedown.example("receding-block")
+RECEDING, IN_SPACE = (shakedown.example(name) for name in ("receding-block", "two-node-3d"))
 
 
 def random_joint_of_two(_, seed):
@@ -49,11 +53,7 @@ def test_what_is_proved_and_what_is_impossible_is_so(seed):
     problem = any_joint(rng)
     slip = rng.normal(size=problem.n) * (seed % 2)
     found = shakedown.assess(problem, slip, open_nodes=())
-    every, here, above = (
-        found.proved_from_every_state,
-        found.proved_from_this_state,
-        found.impossible_above,
-    )
+    every, here, above = found.proved_from_every_state, found.proved_from_this_state, found.impossible_above
     assert max(every, here) <= above * (1 + 1e-9)
     if 0 < here < np.inf:
         for share in (0.5, 0.999):
@@ -93,12 +93,11 @@ def test_a_proof_that_certified_numbers_refute_is_withdrawn(monkeypatch):
 
 
 def test_a_bound_in_floats_that_a_proof_refutes_is_withdrawn(monkeypatch):
-    problem = shakedown.example("two-node-3d")
-    every, upper = shakedown.universal_bound(problem), shakedown.upper_bound(problem)
+    every, upper = shakedown.universal_bound(IN_SPACE), shakedown.upper_bound(IN_SPACE)
     for factor, status in ((1.0 - 1e-9, "optimal"), (0.99, "undecided")):
         wrong = replace(upper, load_factor=factor * every.load_factor, certified=None, uncertified="too soft")
         monkeypatch.setattr(upper_module, "upper_bound", lambda *_, wrong=wrong, **__: wrong)
-        found = shakedown.assess(problem)
+        found = shakedown.assess(IN_SPACE)
         assert found.details.upper.status == status
         assert not found.proved_from_every_state > found.impossible_above
     assert np.isnan(found.impossible_above)
@@ -137,3 +136,64 @@ def test_one_joint_has_one_transient_limit():
     assert swept.transient[0] == pytest.approx(verified.load_factor, rel=1e-14)
     assert verified.low <= finer.low * (1 + 1e-14)
     assert finer.high <= verified.high * (1 + 1e-14)
+
+
+def test_what_the_plane_alone_has_is_missing_with_the_reason():
+    limits = shakedown.assess(IN_SPACE).details
+    for found in (limits.lower, limits.friction):
+        assert isinstance(found, Missing)
+        assert not found
+        assert "expected one tangential direction, found two (" in found.reason
+    assert set(limits.sensitivities) == {"upper", "energy"}
+    with pytest.raises(shakedown.UsageError) as refused:
+        shakedown.lower_bound(IN_SPACE)
+    assert str(refused.value) == limits.lower.reason
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_first_load_step_admits_a_slip_up_to_where_it_is_on_its_cone(seed):
+    rng = np.random.default_rng(seed)
+    problem = random_joint(rng, 3, pressure=3.0, m=int(rng.integers(1, 6)))
+    slip, loop = 0.03 * rng.normal(size=6), loading(problem)
+
+    def outside(load_factor):
+        q = loop.q0 + load_factor * loop.q1[0] + problem.A @ slip
+        p = loop.p0 + load_factor * loop.p1[0] + problem.B @ slip
+        return (np.hypot(*q.reshape(-1, 2).T) - problem.f * p).max()
+
+    limit = admitted_up_to(problem, slip)
+    if limit == 0.0:
+        assert outside(0.0) > 0
+    elif np.isfinite(limit):
+        assert outside(limit) == pytest.approx(0.0, abs=1e-9 * (1 + limit))
+        assert outside(0.999 * limit) < 0 < outside(1.001 * limit)
+    else:
+        assert outside(1e6) <= 1e-6
+
+
+def test_a_load_factor_within_the_enclosure_of_the_largest_is_not_said_to_be_impossible():
+    """Node 1 has no friction, and its pressure 1 + λ cos t ends at λ = 1: λ_max is 1 but for round-off."""
+    turn = 2 * np.pi * np.arange(8) / 8
+    B = np.zeros((2, 4))
+    B[[0, 1], [0, 2]] = 0.3
+    loads = {
+        "q_w": np.outer(np.cos(turn), [0.04, 0, 0, 0]),
+        "p_w": np.stack([np.ones(8), 1 + np.cos(turn)], 1),
+    }
+    joint = shakedown.Problem(A=2 * np.eye(4), B=B, C=2 * np.eye(2), f=[0.5, 0.0], **loads)
+    found = shakedown.assess(joint)
+    low, high = found.details.upper.certified
+    assert low <= 1.0 <= high
+    assert found.impossible_above == max(high, found.details.upper.load_factor) >= 1.0
+    assert found.verdict == "open"
+
+
+def test_where_a_body_begins_to_slide_away_is_found_to_all_digits():
+    one, t = np.eye(2), 2 * np.pi * np.arange(8) / 8
+    q = np.zeros((8, 4))
+    q[:, 0], q[:, 2] = 0.4 + 0.1 * np.cos(t), 0.3 + 0.2 * np.cos(t)
+    free = np.block([[one, -one], [-one, one]])
+    joint = shakedown.Problem(A=free, B=np.zeros((2, 4)), C=one, f=0.5, q_w=q, p_w=np.ones((8, 2)))
+    limit = shakedown.transient_limit(joint)  # friction 0.5 · 2 holds 0.7 + 0.3 λ
+    assert limit.at_high.slides_away
+    assert limit.low <= 1.0 <= limit.high <= limit.low + 1e-8

@@ -3,10 +3,10 @@
 import json
 
 import pytest
-from click.testing import CliRunner
+from command import document, run
 
 import shakedown
-from shakedown.cli.run import shakedown_bounds
+from shakedown.bounds import certificate
 from shakedown.ground.errors import SolverError
 
 WHY = "made to fail"
@@ -26,30 +26,19 @@ def fails(*given, **named):
     raise SolverError(WHY)
 
 
-def command(*words):
-    result = CliRunner().invoke(shakedown_bounds, [*words, "--json"])
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    return json.loads(result.stdout), result.exit_code
-
-
-def words(*command_line):
-    return " ".join(CliRunner().invoke(shakedown_bounds, command_line).stdout.split())
-
-
-def place(step):
-    return f"shakedown.{step}"
+def details(name):
+    return " ".join(run("solve", name, "--details")[1].split())
 
 
 @pytest.fixture(scope="module")
 def expected():
-    return {name: command("solve", name)[0] for name in ("two-node", "three-node")}
+    return {name: document("solve", name) for name in ("two-node", "three-node")}
 
 
 @pytest.mark.parametrize("step", OF_SOLVE)
 def test_solve_keeps_every_answer_and_says_what_is_missing(monkeypatch, expected, step):
-    monkeypatch.setattr(place(step), fails)
-    found, code = command("solve", "two-node")
-    assert code == 0
+    monkeypatch.setattr(f"shakedown.{step}", fails)
+    found = document("solve", "two-node")
     for part, word in ANSWERS:
         assert found[part][word] == pytest.approx(expected["two-node"][part][word], rel=LOOSE)
     assert found["friction"]["single_node"] == expected["two-node"]["friction"]["single_node"]
@@ -58,16 +47,16 @@ def test_solve_keeps_every_answer_and_says_what_is_missing(monkeypatch, expected
         assert known.wedging.low == pytest.approx(known.uniqueness_in_contact.low)
     else:
         assert WHY in json.dumps(found)
-        assert WHY in words("solve", "two-node", "--details")
+        assert WHY in details("two-node")
 
 
 @pytest.mark.parametrize("step", OF_VERIFY)
 def test_verify_keeps_every_answer(monkeypatch, verified, step):
-    monkeypatch.setattr(place(step), fails)
+    monkeypatch.setattr(f"shakedown.{step}", fails)
     found = _verified()
-    assert found.limits.lower.load_factor == pytest.approx(verified.limits.lower.load_factor, rel=LOOSE)
-    assert found.limits.upper.load_factor == pytest.approx(verified.limits.upper.load_factor, rel=LOOSE)
-    assert found.limits.energy.load_factor == pytest.approx(verified.limits.energy.load_factor, rel=LOOSE)
+    for bound in ("lower", "upper", "energy"):
+        here, there = (getattr(each.limits, bound).load_factor for each in (found, verified))
+        assert here == pytest.approx(there, rel=LOOSE)
     plain = {(run.simulation.load_factor, run.initial): run.simulation.outcome for run in verified.runs}
     here = {(run.simulation.load_factor, run.initial): run.simulation.outcome for run in found.runs}
     assert plain.items() >= {k: v for k, v in here.items() if k in plain}.items()
@@ -92,19 +81,16 @@ def _verified():
     ],
 )
 def test_a_bound_whose_programs_fail_is_open_and_no_number(monkeypatch, expected, step, name, bound):
-    monkeypatch.setattr(place(step), fails)
-    found, code = command("solve", name)
-    assert code == 1
+    monkeypatch.setattr(f"shakedown.{step}", fails)
+    found = document("solve", name, code=1)
     assert (found[bound]["load_factor"], found[bound]["status"]) == (None, "undecided")
     for other in ("lower", "upper"):
         assert found[other]["load_factor"] == expected[name][other]["load_factor"]
-    assert WHY in words("solve", name, "--details")
+    assert WHY in details(name)
 
 
 def test_exact_numbers_that_floats_contradict_replace_nothing(monkeypatch):
     """A certificate that is off by far more than the data: the floats stand, and the exit code is 1."""
-    from shakedown.bounds import certificate
-
     made = certificate._certificate
 
     def off(*given):
@@ -119,7 +105,6 @@ def test_exact_numbers_that_floats_contradict_replace_nothing(monkeypatch):
         assert found.load_factor == pytest.approx(right.load_factor, rel=1e-12)
         assert (found.certified, found.disputed) == (None, True)
         assert "on all its digits" in found.uncertified
-    found, code = command("solve", "two-node")
-    assert code == 1
+    found = document("solve", "two-node", code=1)
     assert found["upper"]["certified"] is None
     assert found["upper"]["uncertified"]

@@ -10,13 +10,7 @@ import shakedown
 from shakedown import Problem
 from shakedown.assessment import assess as module
 from shakedown.assessment import verify as verify_module
-from shakedown.assessment.every_limit import JointLimits
-from shakedown.assessment.plan import (
-    ABOVE,
-    UNSAFE,
-    default_load_factors,
-    region_of,
-)
+from shakedown.assessment.plan import ABOVE, UNSAFE, default_load_factors, region_of
 from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT
@@ -55,7 +49,7 @@ def second(status: Status, load_factor: float) -> ConicBound:
     ],
 )
 def test_a_second_method_that_contradicts_is_found(status, load_factor, agrees) -> None:
-    bounds = shakedown.shakedown_bounds(shakedown.example("two-node"))
+    bounds = shakedown.shakedown_bounds(TWO)
     good = second(Status.OPTIMAL, bounds.lower.load_factor)
     methods = module.SecondBounds(good, second(status, load_factor), 2)
     found = list(module.independent_findings(bounds, methods, DEFAULT))
@@ -64,12 +58,10 @@ def test_a_second_method_that_contradicts_is_found(status, load_factor, agrees) 
 
 @pytest.mark.parametrize("problem", [SAFE_LATER, SAFE_BETWEEN, shakedown.example("uncoupled")])
 def test_both_methods_say_the_same_where_no_node_collapses(problem: Problem) -> None:
-    for joint in (problem, creeping(), replace(shakedown.example("two-node"), f=2.5)):
-        bounds = shakedown.shakedown_bounds(joint)
-        methods = conic_lower_bound(joint), conic_upper_bound(joint)
-        assert (
-            list(module.independent_findings(bounds, module.SecondBounds(*methods, joint.n), DEFAULT)) == []
-        )
+    for joint in (problem, creeping(), replace(TWO, f=2.5)):
+        methods = module.SecondBounds(conic_lower_bound(joint), conic_upper_bound(joint), joint.n)
+        found = module.independent_findings(shakedown.shakedown_bounds(joint), methods, DEFAULT)
+        assert list(found) == []
 
 
 def test_a_second_method_that_gives_up_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -78,20 +70,15 @@ def test_a_second_method_that_gives_up_is_a_note(monkeypatch: pytest.MonkeyPatch
     assert report.agrees
     assert report.open_questions == ()
     (note,) = report.notes
-    assert note.startswith(
-        "λ_max: the independent solver (A SOLVER) stopped without an answer; the value rests on"
-    )
+    said = "λ_max: the independent solver (A SOLVER) stopped without an answer; the value rests on"
+    assert note.startswith(said)
 
 
 def test_every_piece_of_work_is_told_to_the_end() -> None:
     told: list[tuple[int, int]] = []
-    shakedown.verify(shakedown.example("two-node"), random_states=0, progress=lambda *at: told.append(at))
+    shakedown.verify(TWO, random_states=0, progress=lambda *at: told.append(at))
     total = told[0][1]
     assert told == [(k, total) for k in range(2, total + 1)]  # the first run, before the others are planned
-
-
-def bounded_runs(report):
-    return [run for run in report.runs if run.bounded]
 
 
 @pytest.mark.parametrize(
@@ -108,25 +95,19 @@ def test_a_bound_of_total_slip_beyond_the_ball_is_simulated_just_below(joint: Pr
     here = report.limits.from_state
     assert (here.symbol, here.load_factor) == ("λ_S", report.limits.accumulated.load_factor)
     assert here.load_factor > report.limits.energy.load_factor
-    last = max(bounded_runs(report), key=lambda run: run.load_factor)
+    last = max((run for run in report.runs if run.bounded), key=lambda run: run.load_factor)
     assert 0 < 1.0 - last.load_factor / here.load_factor < 1e-5
     assert np.array_equal(last.start, report.limits.accumulated.initial_slip)
     assert (last.in_ball, last.predicted, last.simulation.outcome) == (False, "shakedown", "shakedown")
     assert report.agrees, report.disagreements
 
 
-@pytest.fixture(scope="module")
-def flange() -> JointLimits:
-    return shakedown.assess(shakedown.example("bolted-flange")).details
-
-
-def test_between_limits_that_agree_nothing_is_simulated(flange: JointLimits) -> None:
+def test_between_limits_that_agree_nothing_is_simulated() -> None:
     """λ_E = 1.679993 and λ_max = 1.679995 of the flange: motions between them take for ever and say nothing."""
+    flange = shakedown.assess(shakedown.example("bolted-flange")).details
     first, last = flange.energy.load_factor, flange.upper.load_factor
     assert 0 < last / first - 1 < 1e-5
-    assert [factor / first for factor in default_load_factors(flange)] == pytest.approx(
-        [0.95, 1.05], rel=1e-4
-    )
+    assert np.array(default_load_factors(flange)) / first == pytest.approx([0.95, 1.05], rel=1e-4)
 
 
 @pytest.mark.usefixtures("no_transient_limit")

@@ -1,14 +1,184 @@
-"""Every code block of the site is run: here what is quick, the rest where the site is built (``.ci/site``)."""
+"""Every code block of the site is run: here what is quick, the rest where the site is built (``.ci/site``).
 
+The blocks of a page are run one after the other in a folder of its own.
+
+What is run: ``pycon`` (and ``python`` with prompts) as a doctest, other ``python`` as a script, ``sh`` and
+``console`` by their ``shakedown-bounds`` lines, ``toml`` is parsed. Names and files stay from block to block. Comments
+on the line before a block direct it:
+
+``<!-- file: NAME -->``  the block is what the reader saves as that file;
+``<!-- folder: MAKER -->``  at the head of a page: which files it takes for granted (``folders``);
+``<!-- missing: WHAT -->``  run up to the first command that says that a file is missing, which has to come: WHAT.
+``<!-- slow -->``  left to the build of the site;
+``<!-- deck -->``  written for another program, which is not at hand.
+
+What a block shows with numbers in it is run: ``not_run`` finds what is neither run nor one of these.
+"""
+
+import doctest
 import re
+import shlex
+import tomllib
+from collections.abc import Iterator
+from contextlib import chdir, contextmanager
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
 import brake_reuss
 import pytest
-from code_blocks import Page, not_run
+from command import run
 
 import shakedown
+
+BLOCK = re.compile(
+    r"(?:^<!-- (?P<mark>[a-z]+)(?:: (?P<value>[^\n]+))? -->\n)?^```(?P<language>[a-z]+)\n(?P<text>.*?)^```$",
+    re.M | re.S,
+)
+FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
+OTHER_CODES = {"text"}  # decks of FE codes that are not at hand, and what is shown without numbers
+FENCE = re.compile(r"^[ \t]*(?:```|~~~)", re.M)
+DIRECTIVE = re.compile(r"^```\{[a-z-]+\}.*?^```$", re.M | re.S)
+INDENTED = re.compile(r"(?:^|\n)\n((?: {4,}.*\n?)+)")
+NUMBER = re.compile(r"-?\b\d+(?:\.\d+)?(?:e[+-]\d+)?\b")
+LAST_DIGIT = 1.001e-6  # of seven, relatively
+DECIMAL = re.compile(r"\d\.\d")  # in an indented block, a formula, whole numbers are indices and factors
+ELSEWHERE = (  # lines that the continuous integration runs, or that need another program
+    "python3 -m venv",
+    "py -m venv",
+    ".venv/bin/",
+    ".venv\\",
+    "bash .ci/",
+    "pip install",
+    "python -m benchmarks",
+    "ccx ",
+    "cd ",
+    "dask ",
+    "eval ",
+)
+
+
+@dataclass(frozen=True)
+class Block:
+    """One fenced block and the comment before it."""
+
+    language: str
+    text: str
+    line: int
+    mark: str
+    value: str
+
+
+def blocks(page: Path) -> list[Block]:
+    text = page.read_text(encoding="utf-8")
+    return [
+        Block(**found.groupdict(""), line=text.count("\n", 0, found.start("language")))
+        for found in BLOCK.finditer(text)
+    ]
+
+
+def not_run(page: Path) -> list[str]:
+    """Where a page shows output with numbers that nobody runs; where a fence is none that is known."""
+    others = [block for block in blocks(page) if block.language in OTHER_CODES]
+    left = [
+        f"line {block.line}: output with numbers that is not run"
+        for block in others
+        if block.mark not in ("deck", "file") and re.search(r"\d", block.text)
+    ]
+    prose = BLOCK.sub("", DIRECTIVE.sub("", page.read_text(encoding="utf-8")))
+    left += [f"a fence of no language: {prose[at.start() :][:60]!r}" for at in FENCE.finditer(prose)]
+    shown = re.findall(r"^> .*λ.*", prose, re.M) + INDENTED.findall(prose)  # quoted or indented
+    return left + [f"numbers in {text[:60]!r}" for text in shown if DECIMAL.search(text)]
+
+
+class Page:
+    """What the blocks of one page share: a folder, and the names of its Python."""
+
+    def __init__(self, path: Path, folder: Path):
+        self.path, self.folder, self.names = path, folder, {"__name__": "__main__"}
+
+    def run(self, *, slow: bool) -> int:
+        """Run the blocks in their order; how many."""
+        chosen = [block for block in blocks(self.path) if slow or block.mark != "slow"]
+        with chdir(self.folder):
+            return sum(self._run(block) for block in chosen)
+
+    def _run(self, block: Block) -> bool:
+        where = f"{self.path.name}, line {block.line}"
+        if block.mark == "file":
+            Path(block.value).write_text(block.text, encoding="utf-8")
+        if block.language in ("python", "pycon"):
+            self._python(block, where)
+        elif block.language in ("sh", "console", "bat"):
+            self._shell(block, where)
+        elif block.language == "toml":
+            tomllib.loads(block.text)
+        else:
+            assert block.language in OTHER_CODES or block.mark == "file", (
+                f"{where}: who runs {block.language}?"
+            )
+            return False
+        return True
+
+    def _python(self, block: Block, where: str) -> None:
+        if ">>> " not in block.text:
+            exec(compile(block.text, where, "exec"), self.names)
+            return
+        test = doctest.DocTestParser().get_doctest(block.text, self.names, where, str(self.path), block.line)
+        told: list[str] = []
+        runner = doctest.DocTestRunner(optionflags=FLAGS)
+        failed = runner.run(test, out=told.append, clear_globs=False).failed
+        self.names.update(test.globs)
+        assert not failed, "".join(told)
+
+    def _shell(self, block: Block, where: str) -> None:
+        for line, expected in commands(block):
+            if line.startswith(ELSEWHERE):
+                continue
+            words = shlex.split(line, comments=True)
+            assert words[0] == "shakedown-bounds", f"{where}: who runs {line!r}?"
+            with cluster(words) as found:
+                code, out, err = run(*found[1:])
+            if block.mark == "missing" and "no such file" in err:
+                return
+            assert code == 0 or expected, f"{where}: {line}\n{err}"
+            if expected:
+                shown = (out + err).replace("\N{NO-BREAK SPACE}", " ")
+                assert same(expected, shown), f"{where}: {line}\n{shown}"
+        assert block.mark != "missing", f"{where}: nothing was missing"
+
+
+def same(expected: str, shown: str) -> bool:
+    """Word for word; a limit next to a step of its last digit is rounded to either side, by the kernel of BLAS."""
+    if doctest.OutputChecker().check_output(expected, shown, FLAGS):
+        return True
+    ours, others = (NUMBER.findall(text) for text in (expected, shown))
+    words, its = (NUMBER.sub("#", text).split() for text in (expected, shown))
+    pairs = zip(ours, others, strict=False)
+    return words == its and all(abs(float(a) - float(b)) <= LAST_DIGIT * abs(float(a)) for a, b in pairs)
+
+
+@contextmanager
+def cluster(words: list[str]) -> Iterator[list[str]]:
+    """The words of a command; where they name the scheduler of a cluster, there is one."""
+    if "--scheduler" not in words:
+        yield words
+        return
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as made:
+        place = words.index("--scheduler") + 1
+        yield [*words[:place], made.scheduler_address, *words[place + 1 :]]
+
+
+def commands(block: Block) -> list[tuple[str, str]]:
+    """The commands of a block, each with the output that is shown; none where it shows none."""
+    text = block.text.replace("\\\n", " ")
+    if block.language == "console":
+        parts = re.split(r"^\$ ", text, flags=re.M)[1:]
+        return [(line, output) for line, _, output in (part.partition("\n") for part in parts)]
+    return [(line, "") for line in text.splitlines() if line.strip() and not line.startswith("#")]
+
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = sorted(page for page in DOCS.rglob("*.md") if not {"_build", "paper"} & set(page.parts))

@@ -1,15 +1,29 @@
-"""What holds of the pages without building them: links lead somewhere, every page is listed, questions are answered."""
+"""What holds of the pages without building them: links lead somewhere, every page is listed, questions are answered.
 
+Every key that the package reads is a key that the reference explains.
+"""
+
+import ast
+import inspect
 import re
+import runpy
 from pathlib import Path
 
 import pytest
+
+from shakedown.files.npz import KEYS
+from shakedown.models.readers.toml_table import TomlTable
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = sorted(page for page in DOCS.rglob("*.md") if not {"_build", "paper"} & set(page.parts))
 LINK = re.compile(r"(?<!!)\[[^\]]*\]\(([^)\s]+)\)")
 MADE = "_gallery"  # by sphinx-gallery, from docs/gallery
+TAKING = {
+    name
+    for name, method in inspect.getmembers(TomlTable, inspect.isfunction)
+    if "key" in inspect.signature(method).parameters
+}
 
 
 def prose(page):
@@ -67,6 +81,38 @@ def test_twenty_questions_are_answered_in_two_clicks():
 
 
 def test_the_page_on_architecture_names_every_subpackage():
-    table = (DOCS / "explanation" / "architecture.md").read_text(encoding="utf-8")
-    subpackages = {path.parent.name for path in (ROOT / "shakedown").glob("*/__init__.py")}
-    assert [subpackage for subpackage in sorted(subpackages) if f"`{subpackage}`" not in table] == []
+    named = code("explanation/architecture.md").split()
+    assert {path.parent.name for path in (ROOT / "shakedown").glob("*/__init__.py")} <= set(named)
+
+
+def keys_of_import_files():
+    """The keys that the sections of an import file take, read from their sources."""
+    found = set()
+    for module in (ROOT / "shakedown" / "models" / "importing").rglob("*.py"):
+        for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+            match node:
+                case ast.Call(func=ast.Attribute(attr=name), args=[ast.Constant(value=str(key)), *_]) if (
+                    name in TAKING
+                ):
+                    found.add(key)
+    return found
+
+
+def code(page):
+    """What stands in backticks on a page, its blocks included."""
+    return " ".join(re.findall(r"`+([^`]+)`+", (ROOT / "docs" / page).read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize(
+    ("page", "keys"), [("import.md", keys_of_import_files()), ("reference/problem-file.md", set(KEYS))]
+)
+def test_every_key_is_explained(page, keys):
+    assert len(keys) > 20
+    assert [key for key in sorted(keys) if not re.search(rf"\b{key}\b", code(page))] == []
+
+
+@pytest.mark.parametrize("page", ["library.md", "pictures-and-bodies.md"])
+def test_the_lists_of_names_are_those_of_the_package(page):
+    """Written by python docs/_extensions/api_pages.py."""
+    written = runpy.run_path(str(ROOT / "docs" / "_extensions" / "api_pages.py"))["written"](page)
+    assert written == (ROOT / "docs" / "reference" / page).read_text(encoding="utf-8")

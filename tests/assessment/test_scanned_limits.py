@@ -1,4 +1,6 @@
-"""The load factor up to which slips stay below a length: scanned, bisected, from the state asked about."""
+"""Scanned limits, bisected from the state asked about: up to where a joint shakes down, or slips less than a length."""
+
+from functools import partial
 
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ import shakedown
 from shakedown import Problem
 from shakedown.assessment.transient_limit import slip_limit
 
-BLOCK = shakedown.example("block-9")
+TWO = shakedown.example("two-node")
 
 
 @pytest.mark.parametrize(("name", "below"), [("two-node", 0.1), ("press-fit", 1e-3), ("block-9", 1e-5)])
@@ -53,15 +55,39 @@ def test_a_joint_that_never_slips_has_no_end():
     assert limit.load_factor == limit.scanned[-1] == 1024.0
 
 
+@pytest.mark.parametrize("limit", [shakedown.transient_limit, partial(slip_limit, slip_below=1e-5)])
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"slip_below": 0.0}, "slip_below: expected a positive length"),
         ({"largest": -1.0}, "largest: expected a positive load factor"),
-        ({"accuracy": 2.0}, "accuracy: expected a number between 0 and 1"),
-        ({"steps": 0}, "steps"),
+        ({"accuracy": 0.0}, "accuracy: expected a number between 0 and 1"),
+        ({"accuracy": 1.0}, "accuracy: expected a number between 0 and 1"),
+        ({"steps": 0}, "steps: expected"),
     ],
 )
-def test_arguments_out_of_range_are_refused(arguments, message):
+def test_arguments_out_of_range_are_refused(limit, arguments, message):
     with pytest.raises(shakedown.UsageError, match=message):
-        slip_limit(BLOCK, **({"slip_below": 1e-5} | arguments))
+        limit(TWO, **arguments)
+
+
+def test_without_a_length_or_an_end_there_is_no_scan():
+    with pytest.raises(shakedown.UsageError, match="slip_below: expected a positive length"):
+        slip_limit(TWO, 0.0)
+    with pytest.raises(shakedown.UsageError, match="largest: expected a load factor, as λ_max is not finite"):
+        shakedown.transient_limit(shakedown.example("one-node-separation"))
+
+
+def test_transient_limit_is_where_gauss_seidel_changes_its_mind():
+    limit = shakedown.transient_limit(TWO, accuracy=1e-6)
+    assert limit.high - limit.low <= 2e-6
+    assert limit.at_low.outcome == "shakedown"
+    assert limit.at_high.outcome == "cyclic-slip"
+    outcomes = [
+        shakedown.simulate(TWO, limit.load_factor * x, method="gauss-seidel").outcome for x in (0.999, 1.001)
+    ]
+    assert outcomes == ["shakedown", "cyclic-slip"]
+
+
+def test_above_everything_that_is_scanned_the_transient_limit_is_open():
+    far = shakedown.transient_limit(TWO, largest=0.3, steps=3)
+    assert (far.low, far.high) == (0.3, np.inf)
