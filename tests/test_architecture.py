@@ -19,18 +19,8 @@ CLI = PACKAGE / "cli" if (PACKAGE / "cli").is_dir() else ROOT / "cli"
 LAYERS = (
     {"ground"},
     {"joint", "programs"},
-    {
-        "bounds",
-        "files",
-        "motion",
-    },
-    {
-        "bounds.energy",
-        "bounds.every_state",
-        "motion.plane",
-        "motion.space",
-        "models.condensation",
-    },
+    {"bounds", "files", "motion"},
+    {"bounds.energy", "bounds.every_state", "motion.plane", "motion.space", "models.condensation"},
     {"long_term", "long_term.plane", "models.readers"},
     {"assessment", "long_term.space", "models", "models.importing", "fem"},
     {"studies", "plot"},
@@ -39,12 +29,7 @@ LAYERS = (
 )
 LAYER = {subpackage: number for number, subpackages in enumerate(LAYERS) for subpackage in subpackages}
 FACE = "__init__"  # the public names, loaded lazily: nothing of the package stands on them but its version
-OPEN_SUBPACKAGES = {
-    "fem",
-    "ground",
-    "plot",
-    "report",
-}  # of which commands and studies may use whatever is not private
+OPEN_SUBPACKAGES = {"fem", "ground", "plot", "report"}  # of which others may use whatever is not private
 MOST_NAMES = 55  # at the top
 INSIDE = {  # what commands and studies reach for beside public names: checks of targets, the loops that are timed
     ("cli.options", "shakedown.files.atomic_write"),
@@ -81,16 +66,15 @@ SOURCES = sources()
 
 
 @cache
-def imports(path: Path, *, lazy: bool = True) -> list[tuple[str, str]]:
-    """(module, name) of every import of the package in a file; at module level only unless ``lazy``."""
-    tree = ast.parse(path.read_text())
-    nodes = ast.walk(tree) if lazy else iter(tree.body)
+def imports(path: Path) -> list[tuple[str, str]]:
+    """(module, name) of every import of the package in a file."""
     found = []
-    for node in nodes:
-        if isinstance(node, ast.Import):
-            found += [(alias.name, "") for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and not node.level:
-            found += [(node.module or "", alias.name) for alias in node.names]
+    for node in ast.walk(ast.parse(path.read_text())):
+        match node:
+            case ast.Import(names=names):
+                found += [(alias.name, "") for alias in names]
+            case ast.ImportFrom(module=module, names=names, level=0):
+                found += [(module, alias.name) for alias in names]
     return [(module, name) for module, name in found if module.split(".")[0] == "shakedown"]
 
 
@@ -122,11 +106,8 @@ def test_imports_go_down(subpackage):
             if target == FACE:
                 down = subpackage in LAYERS[-1] or name == "__version__"
             else:
-                down = (
-                    target == subpackage
-                    or target.startswith(f"{subpackage}.")
-                    or LAYER[target] < LAYER[subpackage]
-                )
+                own = f"{target}.".startswith(f"{subpackage}.")
+                down = own or LAYER[target] < LAYER[subpackage]
             assert down, f"{module} imports {imported} {name}"
 
 
@@ -150,14 +131,8 @@ def test_no_subpackage_has_a_circle():
 
 
 def test_subpackages_are_small_and_say_what_they_are_for():
-    for subpackage in {subpackage_of(name) for name in SOURCES} - {
-        "__init__",
-        "__main__",
-        "cli",
-        "benchmarks",
-        "models.readers",
-        "fem",
-    }:
+    elsewhere = {FACE, "__main__", "cli", "benchmarks", "models.readers", "fem"}
+    for subpackage in {subpackage_of(name) for name in SOURCES} - elsewhere:
         folder = PACKAGE / Path(*subpackage.split("."))
         modules = [path for path in folder.glob("*.py") if path.stem != "__init__"]
         parts = [path.parent for path in folder.glob("*/__init__.py")]
@@ -179,13 +154,9 @@ def test_every_subpackage_is_packaged():
 
 
 def test_no_module_is_named_as_a_part_of_another():
-    stems = [
-        name.split(".")[-1]
-        for name in SOURCES
-        if subpackage_of(name) not in {"models.readers", "fem", "motion.plane", "cli", "benchmarks"}
-        and "." in name
-    ]
-    stems = [stem for stem in stems if stem != "__init__"]
+    elsewhere = {"models.readers", "fem", "motion.plane", "cli", "benchmarks"}
+    named = [name for name in SOURCES if "." in name and subpackage_of(name) not in elsewhere]
+    stems = [name.split(".")[-1] for name in named if not name.endswith(FACE)]
     assert len(stems) == len(set(stems))
     parts = [(a, b) for a in stems for b in stems if b.startswith(f"{a}_") or b.endswith(f"_of_{a}")]
     assert not parts
@@ -214,11 +185,7 @@ def test_commands_and_studies_use_public_names_only():
     assert {subpackage_of(module) for module in modules} == {"cli", "benchmarks"}
     for module, imported, name in [(one, *found) for one in modules for found in imports(SOURCES[one])]:
         subpackage = imported.split(".")[1] if "." in imported else name
-        allowed = (
-            not name or name in shakedown.__all__
-            if imported == "shakedown"
-            else name in listed.get(imported, ()) or (module, imported) in INSIDE
-        )
-        assert allowed or (subpackage in OPEN_SUBPACKAGES and not name.startswith("_")), (
-            f"{module} imports {name} from {imported}"
-        )
+        names = ["", *shakedown.__all__] if imported == "shakedown" else listed.get(imported, ())
+        allowed = name in names or (module, imported) in INSIDE
+        allowed |= subpackage in OPEN_SUBPACKAGES and not name.startswith("_")
+        assert allowed, f"{module} imports {name} from {imported}"

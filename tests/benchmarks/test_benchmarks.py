@@ -1,7 +1,8 @@
-"""Every study measures, prints and draws; the exact path that integrators are judged by is checked itself."""
+"""Every study measures, prints and draws; exact paths and built-in problems are what they are said to be."""
 
 import importlib
 import json
+from dataclasses import fields
 from fractions import Fraction
 
 import numpy as np
@@ -9,15 +10,15 @@ import pytest
 
 import shakedown
 from benchmarks import STUDIES, calculix_peer, timing
+from benchmarks.bodies.small_problems import small_problems
 from benchmarks.problems import random_problem
 from benchmarks.rational_path import one_step_holds, rational_path
 from benchmarks.stability_scenes import coarse, one_node
 from shakedown.motion.course import EventKind
 from shakedown.motion.evolution import evolve
 
-PEERS = {
-    "calculix_contact": calculix_peer,
-}  # without which no case is left
+BUILT_IN = small_problems()
+PEERS = {"calculix_contact": calculix_peer}  # without which no case is left
 
 # The fewest cases from which a study can print and draw; the first case alone where nothing is said here.
 FEWEST = {
@@ -77,3 +78,15 @@ def test_a_study_measures_prints_and_draws(name: str, monkeypatch: pytest.Monkey
     if hasattr(study, "figures"):
         for figure in study.figures(rows).values():
             figure.canvas.draw()
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_a_built_in_problem_is_as_it_is_defined(name):
+    """To the round-off of the processor that wrote the file."""
+    stored, defined = shakedown.example(name), BUILT_IN[name]
+    for field in fields(defined):
+        one, other = getattr(stored, field.name), getattr(defined, field.name)
+        if isinstance(other, np.ndarray) and other.dtype == float:
+            np.testing.assert_allclose(one, other, rtol=1e-13, atol=1e-13 * np.abs(other).max(initial=0.0))
+        else:
+            assert np.all(one == other)

@@ -1,5 +1,7 @@
 """The corner of chapter VI: printed numbers, the evolution as second method; appendix A above the critical friction."""
 
+from operator import attrgetter
+
 import numpy as np
 import pytest
 
@@ -15,13 +17,11 @@ PRINTED = {  # (6.50)–(6.60); the thesis's matrices had more digits than it pr
     "eigenvectors": ([[-0.8943, -0.4472], [0.3914, -0.9201]], 2e-4),
     "coefficients": ([[0.4218, 0.0015], [0.2109, -0.0036]], 1e-4),
     "slip": ([-20.7296, 30.9087], 5e-3),
-}
-PRINTED_END = {
-    "G": ([[0.3881, 0.1668, -0.0525], [0.1754, 0.1216, 0.1082], [-0.0530, 0.1082, 0.5522]], 1e-4),
-    "P": ([0.0, -2.1236, -5.4453], 3e-3),
-    "eigenvalues": ([-0.0112, -0.4718, -0.5790], 1e-4),
-    "slip": ([3.5459, -24.5192], 0.05),
-    "gap": ([0.0, 3.345], 2e-3),
+    "end.G": ([[0.3881, 0.1668, -0.0525], [0.1754, 0.1216, 0.1082], [-0.0530, 0.1082, 0.5522]], 1e-4),
+    "end.P": ([0.0, -2.1236, -5.4453], 3e-3),
+    "end.eigenvalues": ([-0.0112, -0.4718, -0.5790], 1e-4),
+    "end.slip": ([3.5459, -24.5192], 0.05),
+    "end.gap": ([0.0, 3.345], 2e-3),
 }
 FROM_PRINTED_MATRICES = {"slip": [3.5639831, -24.56392242], "gap": [0.0, 3.34427293]}
 
@@ -32,15 +32,9 @@ def report():
 
 
 @pytest.mark.parametrize("key", PRINTED)
-def test_printed_numbers_at_the_corner(report, key):
+def test_printed_numbers_at_the_corner_and_of_the_end(report, key):
     expected, digits = PRINTED[key]
-    assert np.asarray(getattr(report, key)).real == pytest.approx(np.array(expected), abs=digits)
-
-
-@pytest.mark.parametrize("key", PRINTED_END)
-def test_printed_numbers_of_the_end(report, key):
-    expected, digits = PRINTED_END[key]
-    assert np.asarray(getattr(report.end, key)).real == pytest.approx(np.array(expected), abs=digits)
+    assert np.asarray(attrgetter(key)(report)).real == pytest.approx(np.array(expected), abs=digits)
 
 
 def test_all_eight_thresholds_of_the_pair():

@@ -1,4 +1,4 @@
-"""Checkouts that say the same are told from such that do not, be it by one bit."""
+"""Checkouts that say the same are told from such that do not, be it by one bit; their times are held against each other."""
 
 import json
 import sys
@@ -6,7 +6,7 @@ from math import inf, nextafter
 
 import pytest
 
-from benchmarks import same_results
+from benchmarks import before_and_after, same_results
 from benchmarks.answers import differences
 
 CHOSEN = ["--joints", "2", "--on", "one-node,random-1,space-0,ansys", "--only", "solve,import"]
@@ -74,3 +74,11 @@ def test_only_what_is_listed_may_differ():
         "out.seconds",
         "seconds",
     ]
+
+
+@pytest.mark.slow
+def test_every_call_is_timed_by_the_worker():
+    """A checkout beside itself; the names that have moved are found."""
+    found = dict(before_and_after.measured((sys.executable, sys.executable), "lower_bound chain", 2))
+    assert list(found) == ["lower_bound chain-10", "conic_lower_bound chain-5"]
+    assert all(seconds > 0 for turns in found.values() for turn in turns for seconds in turn)

@@ -9,11 +9,8 @@ ROOT = Path(__file__).parents[2]
 
 
 def exceeded(lines: dict[str, int], at_most: dict[str, int]) -> list[str]:
-    return [
-        f"{name}: {count} > {at_most.get(name, 0)}"
-        for name, count in lines.items()
-        if count > at_most.get(name, 0)
-    ]
+    most = dict.fromkeys(lines, 0) | at_most
+    return [f"{name}: {count} > {most[name]}" for name, count in lines.items() if count > most[name]]
 
 
 def test_no_subpackage_has_more_code_than_is_allowed() -> None:
