@@ -8,9 +8,7 @@ from numba.core.dispatcher import Dispatcher
 
 try:
     import fcntl
-except (
-    ModuleNotFoundError
-):  # Windows: processes may compile the same at the same time, which only takes longer
+except ModuleNotFoundError:  # Windows: that processes compile the same at once only takes longer
     fcntl = None
 
 COMPILE = Dispatcher.compile

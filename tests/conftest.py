@@ -8,9 +8,7 @@ from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 
-os.environ.setdefault(
-    "OPENBLAS_NUM_THREADS", "1"
-)  # before NumPy: threads that wait for each other waste the cores
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: more threads wait for each other
 
 import pytest
 from markupsafe import Markup
@@ -45,9 +43,7 @@ MOST_WORKERS = 8  # each reads all tests before it runs its share
 
 
 def pytest_addoption(parser):
-    parser.addoption(
-        "--whole-site", action="store_true", help="also the code blocks of the site that take long"
-    )
+    parser.addoption("--whole-site", action="store_true", help="also code blocks of the site that take long")
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -93,7 +89,7 @@ def _read_a_share(config):
 def pytest_configure(config):
     config.addinivalue_line("markers", "needs(peer): left out where a program beside Python is not at hand")
     config.addinivalue_line(
-        "markers", "slow: studies, pages, killed processes; run with -m slow, as .ci/run does"
+        "markers", "slow: studies, pages, killed processes; run by -m slow, as in .ci/run"
     )
 
 

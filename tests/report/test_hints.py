@@ -45,12 +45,8 @@ def test_likely_slips_of_the_pen_are_said(name, factors, said):
 def ordered(problem, steps):
     """The joint with these of its load steps, in this order."""
     history = problem.load_history
-    return replace(
-        problem,
-        q_w=problem.q_w[steps],
-        p_w=problem.p_w[steps],
-        load_history=None if history is None else history[steps],
-    )
+    history = None if history is None else history[steps]
+    return replace(problem, q_w=problem.q_w[steps], p_w=problem.p_w[steps], load_history=history)
 
 
 @pytest.mark.parametrize("name", JOINTS)
@@ -85,11 +81,8 @@ def test_a_modulus_in_pascals_beside_millimetres_and_newtons_is_said(solid):
         loads = [Pressure("top", stress, history=1.0)]
         mesh = brick_mesh((2.0, 2.0, 1.0), (4, 4, 2)) if solid else block_mesh(2.0, 1.0, 8, 4)
         joint = contact_problem(ElasticBody(mesh, Material(young, 0.3), loads=loads), "bottom", f=0.5)
-        found = doubtful_data(joint)
-        assert len(found) == hints, (young, stress)
-        assert all(
-            hint.endswith("are forces, stiffnesses and positions in the same units?") for hint in found
-        )
+        found, end = doubtful_data(joint), "are forces, stiffnesses and positions in the same units?"
+        assert [hint.endswith(end) for hint in found] == [True] * hints, (young, stress)
 
 
 @pytest.mark.parametrize("scale", [1e-12, 1e12])
