@@ -135,4 +135,4 @@ def undrawn(monkeypatch):
 @pytest.fixture
 def no_transient_limit(monkeypatch):
     """λ_T, half a second and more in space, is not sought: for tests of a verification that do not ask for it."""
-    monkeypatch.setattr("shakedown.assessment.transient_limit.transient_limit", lambda *_, **__: None)
+    monkeypatch.setattr("shakedown.assessment.transient_limit.of_joint", lambda _: None)

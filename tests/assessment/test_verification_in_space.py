@@ -60,6 +60,7 @@ def test_transient_load_steps_come_first():
     before = replace(problem, q_transient=0.5 * problem.q_w[:2], p_transient=problem.p_w[:2])
     found = shakedown.verify(before, random_states=0, load_factors=[0.5])
     assert found.agrees
+    assert found.transient is None  # the fixture does what it says
     assert found.runs[0].simulation.outcome == "shakedown"
 
 

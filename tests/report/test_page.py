@@ -295,7 +295,7 @@ def test_every_limit_is_that_of_the_json_rounded_to_the_safe_side(name, request)
         assert value == pytest.approx(exact, rel=1e-3)  # four digits
 
 
-@pytest.mark.usefixtures("undrawn")
+@pytest.mark.usefixtures("undrawn", "no_transient_limit")
 def test_the_page_in_space_has_orbits_and_zones_in_place_of_what_the_plane_has():
     page = render(shakedown.verify(ONE_IN_SPACE, load_factors=[1.4], random_states=0))
     drawn = (
