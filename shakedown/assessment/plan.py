@@ -135,7 +135,9 @@ def region_of(load_factor: float, limits: JointLimits) -> str:
     """The region that a load factor lies in."""
     upper = limits.upper
     first, below = predicted_below(limits)
-    if upper.open_nodes and not load_factor < first:
+    if load_factor < first:  # whatever zone λ_max is about
+        return below
+    if upper.open_nodes:
         return IN_ZONE if upper.least_load_factor <= load_factor <= upper.load_factor else OUTSIDE
     if upper.status == Status.UNDECIDED:
         return OUTSIDE
@@ -143,8 +145,6 @@ def region_of(load_factor: float, limits: JointLimits) -> str:
         return NO_ZONE if limits.zone == "auto" else ABOVE
     if load_factor < upper.least_load_factor:
         return UNSAFE
-    if load_factor < first:  # even where round-off affects λ_max
-        return below
     return ABOVE if load_factor > upper.load_factor else BETWEEN
 
 
