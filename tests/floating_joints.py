@@ -13,17 +13,7 @@ from flint import fmpq, fmpq_mat
 
 from benchmarks.bounds import highs_model
 from benchmarks.drawn_joints import drawn_joint_in_space
-from shakedown import Problem
-from shakedown.fem import (
-    ElasticBody,
-    Force,
-    Material,
-    Pressure,
-    Traction,
-    block_mesh,
-    brick_mesh,
-    contact_problem,
-)
+from shakedown import Problem, fem
 from shakedown.joint.constraints import constraints
 from shakedown.joint.rigid_slips import rigid_slips
 
@@ -67,25 +57,17 @@ def floating_block(seed: int) -> Problem:
     rng = np.random.default_rng([7, seed])
     steps = 12
     turn = 2 * np.pi * (np.arange(steps) / steps)
-    body = ElasticBody(
-        block_mesh(
-            float(rng.uniform(1, 4)),
-            float(rng.uniform(0.5, 2)),
-            int(rng.integers(2, 9)),
-            int(rng.integers(1, 5)),
-        ),
-        Material(float(rng.choice([1.0, 200e3])), float(rng.uniform(0.0, 0.4))),
-        loads=[
-            Pressure(
-                "top",
-                float(rng.uniform(5, 20)),
-                history=1 + rng.uniform(0, 0.5) * np.sin(turn + rng.uniform(0, 6)),
-            ),
-            Traction("top", (1.0, 0.0), history=np.cos(turn)),
-            Traction("right", (float(rng.uniform(0, 1)), float(rng.uniform(-1, 1))), history=np.sin(turn)),
-        ],
-    )
-    made = contact_problem(body, "bottom", float(rng.uniform(0.1, 0.8)), steps=steps)
+    sides, counts = (rng.uniform(1, 4), rng.uniform(0.5, 2)), (rng.integers(2, 9), rng.integers(1, 5))
+    mesh = fem.block_mesh(*map(float, sides), *map(int, counts))
+    material = fem.Material(float(rng.choice([1.0, 200e3])), float(rng.uniform(0.0, 0.4)))
+    pressure, history = float(rng.uniform(5, 20)), 1 + rng.uniform(0, 0.5) * np.sin(turn + rng.uniform(0, 6))
+    loads = [
+        fem.Pressure("top", pressure, history=history),
+        fem.Traction("top", (1.0, 0.0), history=np.cos(turn)),
+        fem.Traction("right", (float(rng.uniform(0, 1)), float(rng.uniform(-1, 1))), history=np.sin(turn)),
+    ]
+    body = fem.ElasticBody(mesh, material, loads=loads)
+    made = fem.contact_problem(body, "bottom", float(rng.uniform(0.1, 0.8)), steps=steps)
     return replace(made, load_reactions=None, load_history=None, load_compliance=None)  # copies are of rows
 
 
@@ -116,11 +98,8 @@ class PinnedPrograms:
         """Load factor (inf unbounded, NaN infeasible) and slips; −λ ≤ 0 is the last row."""
         sign = np.where(self.node == reversed_node, -1.0, 1.0)
         bound = np.append(np.zeros(self.matrix.shape[1] - 1), -1.0)
-        solver = highs_model(
-            np.vstack([self.matrix * sign[:, None], bound]),
-            np.append(self.right * sign, 0.0),
-            -towards * bound,
-        )
+        rows = np.vstack([self.matrix * sign[:, None], bound])
+        solver = highs_model(rows, np.append(self.right * sign, 0.0), -towards * bound)
         solver.changeColBounds(len(bound) - 1, -highspy.kHighsInf, highspy.kHighsInf)  # the last row says it
         for side in ("primal", "dual"):
             solver.setOptionValue(f"{side}_feasibility_tolerance", 1e-10)
@@ -140,11 +119,7 @@ def by_highs(problem: Problem, pins: list[int]) -> dict:
     values = [inf if np.isnan(end[0]) else end[0] for end in ends]
     first = int(np.argmin(values))
     sizes = [float(np.abs(end[1]).max(initial=0.0)) for end in ends]
-    return {
-        "upper": most,
-        "lower": min(most, values[first]),
-        "witness": sizes[first],
-    }
+    return {"upper": most, "lower": min(most, values[first]), "witness": sizes[first]}
 
 
 def floating_joint(kind: str, seed: int) -> Problem:
@@ -160,18 +135,16 @@ def floating_solid(seed: int) -> Problem:
     """A brick that lies on a plane, pressed and pushed to and fro, of random shape, material and loads."""
     rng = np.random.default_rng([9, seed])
     turn = 2 * np.pi * np.arange(12) / 12
-    mesh = brick_mesh(tuple(rng.uniform(1, 4, 3)), (int(rng.integers(1, 4)), int(rng.integers(1, 4)), 1))
+    mesh = fem.brick_mesh(tuple(rng.uniform(1, 4, 3)), (int(rng.integers(1, 4)), int(rng.integers(1, 4)), 1))
     aside = (0.0, float(rng.uniform(1, 9)), float(rng.uniform(-2, 2)))
-    body = ElasticBody(
-        mesh,
-        Material(float(rng.choice([1.0, 210e3])), float(rng.uniform(0.0, 0.4))),
-        loads=[
-            Pressure("top", float(rng.uniform(5, 20)), history=1 + 0.3 * np.sin(turn + rng.uniform(0, 6))),
-            Force("top", (float(rng.uniform(1, 9)), 0.0, 0.0), history=np.cos(turn)),
-            Force("right", aside, history=np.sin(turn)),
-        ],
-    )
-    return contact_problem(body, "bottom", float(rng.uniform(0.1, 0.8)), steps=12)
+    material = fem.Material(float(rng.choice([1.0, 210e3])), float(rng.uniform(0.0, 0.4)))
+    loads = [
+        fem.Pressure("top", float(rng.uniform(5, 20)), history=1 + 0.3 * np.sin(turn + rng.uniform(0, 6))),
+        fem.Force("top", (float(rng.uniform(1, 9)), 0.0, 0.0), history=np.cos(turn)),
+        fem.Force("right", aside, history=np.sin(turn)),
+    ]
+    body = fem.ElasticBody(mesh, material, loads=loads)
+    return fem.contact_problem(body, "bottom", float(rng.uniform(0.1, 0.8)), steps=12)
 
 
 def printed(matrix: np.ndarray, digits: int) -> np.ndarray:

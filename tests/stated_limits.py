@@ -14,7 +14,7 @@ def _limits(name):
 def stated(name="two-node", *, zone="auto", **bounds):
     """The limits of a built-in joint with fields of some of its bounds replaced."""
     limits = copy(_limits(name))
-    vars(limits).update(
-        {word: getattr(limits, word).but(**fields) for word, fields in bounds.items()}, zone=zone
-    )
+    changed = {word: getattr(limits, word).but(**fields) for word, fields in bounds.items()}
+    vars(limits).pop("open_nodes", None)  # follows from λ_max
+    vars(limits).update(changed, zone=zone)
     return limits

@@ -21,6 +21,7 @@ from shakedown.assessment.verify import Verification
 from shakedown.bounds.registry import BOUNDS
 from shakedown.ground.status import OPEN, SLIP
 from shakedown.report.data_facts import configuration, source_facts
+from shakedown.report.facts import notes
 from shakedown.report.html import instants, render, run_picture, state_pictures
 from shakedown.report.limit_facts import limits_table
 from shakedown.report.run_facts import banner_class, limits_on_page, verify_sheet
@@ -303,7 +304,7 @@ def test_the_page_in_space_has_orbits_and_zones_in_place_of_what_the_plane_has()
         "What sticks, slips and is open",
         "Normal reactions, and use of friction",
     )
-    for words in drawn:
+    for words in (*drawn, notes.directions, notes.reached):
         assert words in page
     for absent in ("Hysteresis", "first collapse", "no wedging", "subsets", "f threshold"):
         assert absent not in page
