@@ -1,6 +1,7 @@
 """Scanned limits, bisected from the state asked about: up to where a joint shakes down, or slips less than a length."""
 
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,10 @@ from joints import any_joint
 
 import shakedown
 from shakedown import Problem
-from shakedown.assessment.transient_limit import slip_limit
+from shakedown.assessment import transient_limit as transient_module
+from shakedown.assessment.transient_limit import History, scanned_limit, slip_limit
+from shakedown.ground.status import Outcome
+from shakedown.ground.tolerances import DEFAULT
 
 TWO = shakedown.example("two-node")
 
@@ -91,3 +95,37 @@ def test_transient_limit_is_where_gauss_seidel_changes_its_mind():
 def test_above_everything_that_is_scanned_the_transient_limit_is_open():
     far = shakedown.transient_limit(TWO, largest=0.3, steps=3)
     assert (far.low, far.high) == (0.3, np.inf)
+
+
+class Stated(History):
+    """A history that shakes down below a load factor, is proved to up to another one, and else cycles or is open."""
+
+    def follow(self, change, proved, beyond):
+        vars(self).update(change=change, until=proved, beyond=beyond)
+        return self
+
+    def followed(self, load_factor):
+        rests = load_factor < self.change
+        outcome = Outcome.SHAKEDOWN if rests else self.beyond
+        proved = load_factor <= self.until
+        return SimpleNamespace(load_factor=load_factor, outcome=outcome, proved=proved, slides_away=False)
+
+
+@pytest.mark.parametrize("name", ["two-node", "two-node-3d"])
+@pytest.mark.parametrize("beyond", [Outcome.CYCLIC_SLIP, Outcome.UNDECIDED])
+@pytest.mark.parametrize("long", [False, True])
+def test_the_change_is_enclosed_and_a_proof_is_found_as_near_as_there_is_one(monkeypatch, name, beyond, long):
+    """To the accuracy asked for; to a thousandth of the scan where motions in space are undecided above it."""
+    problem, top, accuracy = shakedown.example(name), 2.0, 1e-6
+    monkeypatch.setattr(transient_module, "takes_long", lambda _: long)
+    for change in np.random.default_rng(0).uniform(0.1, 1.9, 20):
+        monkeypatch.setattr(transient_module, "_certain", lambda *_, at=0.9 * change: [at])
+        history = Stated(problem, np.zeros(2), (), DEFAULT).follow(change, 0.995 * change, beyond)
+        found = scanned_limit(history, top, 6, accuracy)
+        coarse = beyond == Outcome.UNDECIDED and problem.directions == 2
+        assert found.low < change <= found.high
+        assert found.high - found.low <= top * (1e-3 if coarse else accuracy)
+        assert 0.985 * change < found.proved <= 0.995 * change
+        assert found.monotone
+        assert found.cycling == (np.inf if beyond == Outcome.UNDECIDED else found.high)
+        assert len(found.scanned) < 60
