@@ -100,13 +100,8 @@ def test_above_everything_that_is_scanned_the_transient_limit_is_open():
 class Stated(History):
     """A history that shakes down below a load factor, is proved to up to another one, and else cycles or is open."""
 
-    def follow(self, change, proved, beyond):
-        vars(self).update(change=change, until=proved, beyond=beyond)
-        return self
-
     def followed(self, load_factor):
-        rests = load_factor < self.change
-        outcome = Outcome.SHAKEDOWN if rests else self.beyond
+        outcome = Outcome.SHAKEDOWN if load_factor < self.change else self.beyond
         proved = load_factor <= self.until
         return SimpleNamespace(load_factor=load_factor, outcome=outcome, proved=proved, slides_away=False)
 
@@ -114,18 +109,23 @@ class Stated(History):
 @pytest.mark.parametrize("name", ["two-node", "two-node-3d"])
 @pytest.mark.parametrize("beyond", [Outcome.CYCLIC_SLIP, Outcome.UNDECIDED])
 @pytest.mark.parametrize("long", [False, True])
-def test_the_change_is_enclosed_and_a_proof_is_found_as_near_as_there_is_one(monkeypatch, name, beyond, long):
+@pytest.mark.parametrize("until", [0.995, 0.5])
+def test_the_change_is_enclosed_and_a_proof_is_found_as_near_as_there_is_one(
+    monkeypatch, name, beyond, long, until
+):
     """To the accuracy asked for; to a thousandth of the scan where motions in space are undecided above it."""
     problem, top, accuracy = shakedown.example(name), 2.0, 1e-6
     monkeypatch.setattr(transient_module, "takes_long", lambda _: long)
     for change in np.random.default_rng(0).uniform(0.1, 1.9, 20):
-        monkeypatch.setattr(transient_module, "_certain", lambda *_, at=0.9 * change: [at])
-        history = Stated(problem, np.zeros(2), (), DEFAULT).follow(change, 0.995 * change, beyond)
+        monkeypatch.setattr(transient_module, "_certain", lambda *_, at=0.9 * change: [at] * (until > 0.9))
+        history = Stated(problem, np.zeros(2), (), DEFAULT)
+        vars(history).update(change=change, until=until * change, beyond=beyond)
         found = scanned_limit(history, top, 6, accuracy)
         coarse = beyond == Outcome.UNDECIDED and problem.directions == 2
         assert found.low < change <= found.high
-        assert found.high - found.low <= top * (1e-3 if coarse else accuracy)
-        assert 0.985 * change < found.proved <= 0.995 * change
+        width = top * (1e-3 if coarse else accuracy)
+        assert (0.0 if long else 0.49) * width < found.high - found.low <= width
+        assert 0.985 * change < found.proved <= until * change or (until == 0.5 and np.isnan(found.proved))
         assert found.monotone
         assert found.cycling == (np.inf if beyond == Outcome.UNDECIDED else found.high)
         assert len(found.scanned) < 60
