@@ -1,5 +1,7 @@
 """Every code block of the site is run: here what is quick, the rest where the site is built (``.ci/site``).
 
+What is offered as a script or notebook of a tutorial is the code of its page.
+
 The blocks of a page are run one after the other in a folder of its own.
 
 What is run: ``pycon`` (and ``python`` with prompts) as a doctest, other ``python`` as a script, ``sh`` and
@@ -16,8 +18,10 @@ What a block shows with numbers in it is run: ``not_run`` finds what is neither 
 """
 
 import doctest
+import json
 import re
 import shlex
+import sys
 import tomllib
 from collections.abc import Iterator
 from contextlib import chdir, contextmanager
@@ -223,3 +227,36 @@ def test_the_blocks_of_a_page_run(page, tmp_path, request):
 )
 def test_output_with_numbers_is_run(page):
     assert not_run(page) == []
+
+
+TUTORIALS = [
+    page for page in PAGES if page.parent.name == "tutorials" and "```pycon" in page.read_text("utf-8")
+]
+
+
+@pytest.fixture
+def downloads(monkeypatch):
+    pytest.importorskip("sphinx")
+    monkeypatch.syspath_prepend(str(DOCS / "_extensions"))
+    import downloads
+
+    yield downloads
+    sys.modules.pop("downloads")
+
+
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
+def test_the_script_and_the_notebook_hold_the_code_of_the_page(downloads, page):
+    cells = downloads.cells(page.read_text("utf-8"))
+    code = [text for kind, text in cells if kind == "code"]
+    assert len(code) == page.read_text("utf-8").count("```pycon")
+    script = downloads.script(cells)
+    compile(script, page.stem, "exec")
+    assert all(text in script for text in code)
+    made = json.loads(downloads.notebook(cells))
+    assert ["".join(cell["source"]) for cell in made["cells"] if cell["cell_type"] == "code"] == code
+
+
+def test_an_example_that_raises_an_error_does_not_end_the_script(downloads):
+    block = ">>> 1 / 0\nTraceback (most recent call last):\n    ...\nZeroDivisionError: division by zero\n>>> x = 2\n"
+    exec(downloads.without_prompts(block), scope := {})
+    assert scope["x"] == 2
