@@ -34,9 +34,8 @@ def write(folder):
         loads.append(force)
         bodies.append(body)
         lines += ["*System", f"{origin[0]!r}, {origin[1]!r}, {origin[2]!r}", "*Node"]
-        lines += [
-            f"{first + k}, {', '.join(map(repr, p))}" for k, p in enumerate((mesh.p.T - origin).tolist())
-        ]
+        places = (mesh.p.T - origin).tolist()
+        lines += [f"{k}, {', '.join(map(repr, place))}" for k, place in enumerate(places, start=first)]
         lines.append("*Element, type=C3D8R")
         for k, cell in enumerate(mesh.t.T.tolist()):
             corners = dict(zip(ORDER, cell, strict=True))
@@ -44,9 +43,8 @@ def write(folder):
         first += mesh.nvertices
     for name, own in (("TOPS_NDS", tops), ("BOTS_NDS", bottoms)):
         lines += ["*System", f"*Nset, nset={name}", *map(str, own)]
-    (folder / "Job.inp").write_text(
-        "\n".join([*lines, "*Material, name=STEEL", "*Elastic", "2e+11, 0.29", ""])
-    )
+    lines += ["*Material, name=STEEL", "*Elastic", "2e+11, 0.29", ""]
+    (folder / "Job.inp").write_text("\n".join(lines))
     firsts = (1, bodies[0].mesh.nvertices + 1)
     each = zip(bodies, firsts, (tops, bottoms), loads, strict=True)
     reduced = [fixed_interface(*own) for own in each]

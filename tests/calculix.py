@@ -12,11 +12,6 @@ needs_ccx = pytest.mark.needs(calculix_peer)
 
 def ccx(folder, job):
     """Run a job, which must end well."""
-    run = subprocess.run(
-        [calculix_peer.PROGRAM, job],
-        cwd=folder,
-        env=os.environ | {"OMP_NUM_THREADS": "1"},
-        capture_output=True,
-        timeout=60,
-    )
+    command, alone = [calculix_peer.PROGRAM, job], os.environ | {"OMP_NUM_THREADS": "1"}
+    run = subprocess.run(command, cwd=folder, env=alone, capture_output=True, timeout=60)
     assert b"Job finished" in run.stdout, run.stdout[-2000:]

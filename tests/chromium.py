@@ -20,15 +20,8 @@ def said_by(page: str, question: str, folder: Path) -> str:
     """What an expression is on a page, as text, after everything on it has run; errors are in ``wrong``."""
     ask = f'<pre id="said"></pre><script>document.getElementById("said").textContent = {question};</script>'
     (folder / "page.html").write_text(WATCH + page + ask)
-    flags = [
-        "--headless",
-        "--no-sandbox",
-        "--disable-gpu",
-        "--virtual-time-budget=1000",
-        f"--user-data-dir={folder}",
-    ]
-    run = subprocess.run(
-        [str(PROGRAM), *flags, "--dump-dom", (folder / "page.html").as_uri()], capture_output=True, timeout=60
-    )
+    flags = ["--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=1000", "--dump-dom"]
+    command = [str(PROGRAM), *flags, f"--user-data-dir={folder}", (folder / "page.html").as_uri()]
+    run = subprocess.run(command, capture_output=True, timeout=60)
     (found,) = re.findall(r'<pre id="said">(.*?)</pre>', run.stdout.decode(), flags=re.DOTALL)
     return html.unescape(found)

@@ -139,9 +139,7 @@ def calculix_frd(tables, blocks=("FORC",)):
     for step, (nodes, vectors) in enumerate(tables, start=1):
         for block in blocks:
             text += f"    1PSTEP{step:26d}{1:12d}{step:12d}\n"
-            text += (
-                f"  100CL  {100 + step}{step:12.9f}{len(nodes):12d}{'':20s}{0:2d}{step:5d}{'':10s}{1:2d}\n"
-            )
+            text += f"  100CL  {100 + step}{step:12.9f}{len(nodes):12d}{0:22d}{step:5d}{1:12d}\n"
             text += f" -4  {block:8s}    4    1\n -5  D1          1    2    1    0\n"
             for node, vector in zip(nodes, vectors, strict=True):
                 text += f" -1{node:10d}" + "".join(f"{value:12.5E}" for value in vector) + "\n"

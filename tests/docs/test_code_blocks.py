@@ -48,18 +48,9 @@ NUMBER = re.compile(r"-?\b\d+(?:\.\d+)?(?:e[+-]\d+)?\b")
 LAST_DIGIT = 1.001e-6  # of seven, relatively
 DECIMAL = re.compile(r"\d\.\d")  # in an indented block, a formula, whole numbers are indices and factors
 ELSEWHERE = (  # lines that the continuous integration runs, or that need another program
-    "python3 -m venv",
-    "py -m venv",
-    ".venv/bin/",
-    ".venv\\",
-    "bash .ci/",
-    "pip install",
-    "python -m benchmarks",
-    "ccx ",
-    "cd ",
-    "dask ",
-    "eval ",
-)
+    "python3 -m venv", "py -m venv", ".venv/bin/", ".venv\\", "bash .ci/", "pip install", "python -m benchmarks",
+    "ccx ", "cd ", "dask ", "eval ",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

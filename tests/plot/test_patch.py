@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from joints_in_space import turned
 from matplotlib.collections import EllipseCollection
 from matplotlib.quiver import Quiver
 
@@ -48,14 +49,8 @@ def test_arrows_are_the_use_of_friction_in_the_model_and_none_leaves_its_disc(cy
 
 
 def test_turned_tangents_change_no_arrow():
-    turn = np.array([[0.6, 0.8], [-0.8, 0.6]])
-    whole = np.kron(np.eye(4), turn)
-    other = replace(
-        JOINT, A=whole @ JOINT.A @ whole.T, B=JOINT.B @ whole.T, q_w=JOINT.q_w @ whole.T,
-        q_mean=None if JOINT.q_mean is None else JOINT.q_mean @ whole.T,
-        q_transient=None, p_transient=None, initial_slip=None,
-        tangents=np.tile(turn @ np.eye(3)[:2], (4, 1, 1)),
-    )  # fmt: skip
+    other, turn = turned(JOINT, np.full(4, np.arctan2(0.8, 0.6)))
+    other = replace(other, tangents=np.tile(turn[:2, :2] @ np.eye(3)[:2], (4, 1, 1)))
     states = (shakedown.long_term_state(joint, 1.4) for joint in (JOINT, other))
     one, same = (
         arrows(plot.friction_use_at(state, state.problem, float(state.history.cycle[0]) + 0.3))
@@ -160,7 +155,7 @@ def strips(rows: int, columns: int) -> np.ndarray:
     return first.reshape(-1, 1) + np.array([0, columns, columns + 1, 1])
 
 
-def turned(places: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def elsewhere(places: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The same anywhere in space."""
     turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
     return places @ turn.T + [3.0, -7.0, 2.0], normals @ turn.T
@@ -188,7 +183,7 @@ def spacer():
 @pytest.mark.parametrize(("body", "shared"), [(bracket, 4), (spacer, 0)])
 def test_edges_and_opposite_faces_are_cut(body, shared):
     places, normals, faces = body()
-    places, normals = turned(places, normals)
+    places, normals = elsewhere(places, normals)
     both = patches(in_space(places, normals, faces))
     assert [len(patch.nodes) for patch in both] == [20, 20]
     assert len(np.intersect1d(*(patch.nodes for patch in both))) == shared
@@ -204,7 +199,7 @@ def test_a_plane_patch_anywhere_keeps_its_lengths_and_that_along_the_axes_its_pl
     for patch in (first, second):
         kept = ["xyz".index(axis) for axis in patch.axes]
         np.testing.assert_allclose(patch.points, places[patch.nodes][:, kept])
-    inclined = patches(in_space(*turned(places, normals), faces))
+    inclined = patches(in_space(*elsewhere(places, normals), faces))
     for patch, same in zip((first, second), inclined, strict=True):
         apart = [np.linalg.norm(each.points[:, None] - each.points, axis=2) for each in (patch, same)]
         np.testing.assert_allclose(apart[1], apart[0], atol=1e-12)

@@ -15,10 +15,10 @@ from shakedown.ground.shown_values import FEW_DIGITS, down, few, up
 from shakedown.joint.units import without_loads
 from shakedown.report import facts
 from shakedown.report.facts import Sheet, notes, sheet_as_text
-from shakedown.report.html import render, write_report
+from shakedown.report.html import write_report
 from shakedown.report.limit_facts import solve_sheet
 from shakedown.report.run_facts import state_facts, verify_sheet
-from tests.report.test_page import CLAIMS, Page
+from tests.report.test_page import CLAIMS
 
 LOADS = {
     "load_names": ["bolt preload", "axial load"],
@@ -118,14 +118,6 @@ def test_the_largest_results_per_node_are_those_of_the_json(slips, tmp_path):
         assert shown[name] == (f"{few(exact)} {unit}", f"node {node} (FE {nodes['label'][node]})")
     assert shown["friction work, all nodes"][0] == f"{few(sum(nodes['work']))} N mm"
     assert sum(int(part.split()[0]) for part in shown["nodes, simulated"][1].split(", ")) == 9
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_of_a_load_domain_what_is_simulated_is_said_to_be_one_path():
-    v = verified(replace(shakedown.example("two-node"), load_path="domain"))
-    page = Page(render(v)).text
-    for told in (notes.load_domain, notes.one_path):
-        assert page.count(told) == 1
 
 
 def test_a_state_that_is_none_of_those_that_every_state_means_says_why():
