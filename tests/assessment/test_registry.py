@@ -141,7 +141,7 @@ def test_solve_keeps_every_answer_and_says_what_is_missing(monkeypatch, expected
 @pytest.mark.parametrize("step", OF_VERIFY)
 def test_verify_keeps_every_answer(monkeypatch, verified, step):
     monkeypatch.setattr(f"shakedown.{step}", fails)
-    found = _verified()
+    found = verify_two_node()
     for bound in ("lower", "upper", "energy"):
         here, there = (getattr(each.limits, bound).load_factor for each in (found, verified))
         assert here == pytest.approx(there, rel=LOOSE)
@@ -151,13 +151,13 @@ def test_verify_keeps_every_answer(monkeypatch, verified, step):
     assert found.agrees
 
 
+def verify_two_node():
+    return shakedown.verify(shakedown.example("two-node"), random_states=0, load_factors=[0.7], budget=0)
+
+
 @pytest.fixture(scope="module")
 def verified():
-    return _verified()
-
-
-def _verified():
-    return shakedown.verify(shakedown.example("two-node"), random_states=0, load_factors=[0.7], budget=0)
+    return verify_two_node()
 
 
 @pytest.mark.parametrize(

@@ -12,14 +12,7 @@ from shakedown.assessment.sensitivities import KINDS, sensitivities
 from shakedown.joint.constraints import loading
 
 STEP = 1e-3
-
-
-def upper(problem, **zone):
-    return shakedown.upper_bound(problem, certify=False, **zone)
-
-
-def energy(problem, **start):
-    return shakedown.energy_bound(problem, certify=False, **start)
+upper, energy = (partial(bound, certify=False) for bound in (shakedown.upper_bound, shakedown.energy_bound))
 
 
 def changed(problem, kind, node, change):

@@ -21,12 +21,6 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 CONDA = {"matplotlib": "matplotlib-base"}  # where conda-forge has a leaner package
 
 
-def listed(recipe, heading):
-    """The items below a heading of the recipe."""
-    block = re.search(rf"^  {heading}:\n((?:    - .+\n)+)", recipe, re.M)
-    return re.findall(r"^    - (.+)$", block[1], re.M)
-
-
 def test_one_version():
     said = {
         "CITATION.cff": r"^version: (.+)$",
@@ -44,7 +38,8 @@ def test_one_version():
 def test_the_recipe_has_the_dependencies_of_the_package():
     split = [re.fullmatch(r"([\w-]+)(>=.+)", dependency).groups() for dependency in PROJECT["dependencies"]]
     expected = [f"{CONDA.get(name, name)} {bound}" for name, bound in split]
-    assert listed(RECIPE, "run") == ["python >=${{ python_min }}", *expected]
+    listed = re.search(r"^  run:\n((?:    - .+\n)+)", RECIPE, re.M)[1]
+    assert re.findall(r"^    - (.+)$", listed, re.M) == ["python >=${{ python_min }}", *expected]
     assert f'  python_min: "{PROJECT["requires-python"].removeprefix(">=")}"\n' in RECIPE
     script = PROJECT["scripts"]["shakedown-bounds"]
     assert f"- shakedown-bounds = {script}" in RECIPE

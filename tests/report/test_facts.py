@@ -37,6 +37,7 @@ def is_safe(text, value, rounding):
 def test_a_rounded_limit_is_never_on_the_wrong_side(value):
     assert float(down(value)) <= value <= float(up(value))
     assert float(up(value)) - float(down(value)) <= 1.0001e-6 * value
+    assert limits_as_text([(4321.7, "down")], 4) == ["4321"]
     for digits in (2, 4, 7, 12):
         low, high = limits_as_text([(value, "down"), (value, "up")], digits)
         assert float(low) <= value <= float(high)

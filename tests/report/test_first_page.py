@@ -2,6 +2,7 @@
 
 import json
 import re
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from partly_open import SOME, partly_open
 
 import shakedown
 from shakedown import Problem
+from shakedown.assessment.assess import Assessment
 from shakedown.assessment.verify import Verification
 from shakedown.ground.shown_values import FEW_DIGITS, down, few, up
 from shakedown.joint.units import without_loads
@@ -17,7 +19,7 @@ from shakedown.report import facts
 from shakedown.report.facts import Sheet, notes, sheet_as_text
 from shakedown.report.html import write_report
 from shakedown.report.limit_facts import solve_sheet
-from shakedown.report.run_facts import state_facts, verify_sheet
+from shakedown.report.run_facts import run_sheet, state_facts, verify_sheet
 from tests.report.test_page import CLAIMS
 
 LOADS = {
@@ -126,3 +128,20 @@ def test_a_state_that_is_none_of_those_that_every_state_means_says_why():
     assert outside.proved_from_this_state < outside.proved_from_every_state
     assert fact(solve_sheet(outside), "this state") == f"moves at once {notes.moves_at_once}"
     assert fact(solve_sheet(inside), "this state") == ""
+
+
+@pytest.mark.parametrize(
+    ("load_factor", "told"), [(0.9, "axial load 20 ± 18 kN; bolt preload 12 kN, unchanged"), (1.0, "")]
+)
+def test_a_run_tells_its_loads_where_they_are_not_the_nominal_ones(load_factor, told):
+    joint = loaded(1.0)
+    assert fact(run_sheet(joint, shakedown.simulate(joint, load_factor), "zero"), "loads") == told
+
+
+@pytest.mark.parametrize(("known", "told"), [(0.5, True), (0.9999, False)])
+def test_what_is_proved_by_following_is_told_where_it_is_noticeably_more(slips, known, told):
+    """Beside a proof from this state of that share of it."""
+    limits, proof = copy(slips.limits), {"load_factor": known * slips.transient.proved}
+    changed = {name: getattr(limits, name).but(**proof) for name in ("energy", "accumulated", "universal")}
+    vars(limits).update(changed)
+    assert bool(fact(verify_sheet(replace(slips, assessment=Assessment(limits))), "followed")) == told
