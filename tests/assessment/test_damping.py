@@ -27,19 +27,6 @@ def jenkins(**changes):
     )  # fmt: skip
 
 
-def row_of_elements(k, limits):
-    """Jenkins elements side by side, each on the same displacement of a stiff bar that a force moves (Iwan)."""
-    n, k, limits = len(k), np.asarray(k), np.asarray(limits)
-    ground = 0.7  # a spring that holds the bar
-    total = k.sum() + ground
-    kappa = np.diag(k) - np.outer(k, k) / total  # the bar is condensed
-    unit = -k / total
-    return Problem(
-        A=kappa, B=np.zeros((n, n)), f=1.0, q_w=np.outer([1.0, -1.0], unit), p_w=np.tile(limits, (2, 1)),
-        load_reactions=[np.append(unit, np.zeros(n))], load_history=[[1.0], [-1.0]], load_compliance=[[1 / total]],
-    ), ground  # fmt: skip
-
-
 def words(axes):
     """What the legend of a picture says."""
     return [text.get_text() for text in axes.get_legend().get_texts()]
@@ -131,9 +118,17 @@ def test_what_is_no_force_moves_by_work_per_unit(unit, amplitude, displacement, 
 
 
 def test_a_row_of_elements_is_iwans():
-    """On a displacement X element i slips where k_i X exceeds its limit: forces and 4 limit (X − limit / k) add up."""
-    k, limits = np.linspace(1.0, 2.0, 8), np.linspace(0.2, 3.0, 8)
-    joint, ground = row_of_elements(k, limits)
+    """Jenkins elements side by side, each on the same displacement X of a stiff bar on a spring that a force moves.
+
+    Element i slips where k_i X exceeds its limit: forces and 4 limit (X − limit / k) add up.
+    """
+    k, limits, ground = np.linspace(1.0, 2.0, 8), np.linspace(0.2, 3.0, 8), 0.7
+    total = k.sum() + ground
+    kappa, unit = np.diag(k) - np.outer(k, k) / total, -k / total  # the bar is condensed
+    joint = jenkins(
+        A=kappa, B=np.zeros((8, 8)), f=1.0, q_w=np.outer([1.0, -1.0], unit), p_w=np.tile(limits, (2, 1)),
+        load_reactions=[np.append(unit, np.zeros(8))], load_compliance=[[1 / total]],
+    )  # fmt: skip
     X = np.array([0.05, 0.5, 1.0, 5.0])
     F = ground * X + np.minimum(k * X[:, None], limits).sum(axis=1)
     curve = damping(joint, F)
