@@ -4,9 +4,11 @@ import gc
 import os
 import signal
 import sys
-from contextlib import suppress
+import threading
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
+from zlib import crc32
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: more threads wait for each other
 
@@ -114,14 +116,48 @@ def pytest_sessionfinish():
     gc.freeze()
 
 
+@contextmanager
+def one_compiler_at_a_time(path):
+    """While it lasts, this process compiles a kernel, or reads its code, while it holds that kernel's byte of ``path``.
+
+    Only the kernel that is called waits, not those that it calls in turn: so no two processes wait for each other.
+    """
+    from numba.core.dispatcher import Dispatcher
+
+    try:
+        import fcntl
+    except ModuleNotFoundError:  # Windows: that processes compile the same at once only takes longer
+        fcntl = None
+    compile_alone, turn, depth = Dispatcher.compile, threading.RLock(), 0
+
+    def compiled(dispatcher, signature):
+        nonlocal depth
+        place = crc32(f"{dispatcher.py_func.__module__}.{dispatcher.py_func.__qualname__}".encode())
+        with turn:
+            if not depth and fcntl:
+                fcntl.lockf(file, fcntl.LOCK_EX, 1, place)
+            depth += 1
+            try:
+                return compile_alone(dispatcher, signature)
+            finally:
+                depth -= 1
+                if not depth and fcntl:
+                    fcntl.lockf(file, fcntl.LOCK_UN, 1, place)
+
+    with open(path, "w") as file:
+        Dispatcher.compile = compiled
+        try:
+            yield
+        finally:
+            Dispatcher.compile = compile_alone
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _compiled_once(request, tmp_path_factory):
     """Workers wait for each other's compiled code and read it, instead of compiling the same at the same time."""
     if not hasattr(request.config, "workerinput"):
         yield
         return
-    from compiled_once import one_compiler_at_a_time
-
     with one_compiler_at_a_time(tmp_path_factory.getbasetemp().parent / "compiler.lock"):
         yield
 

@@ -63,12 +63,22 @@ def test_a_second_method_that_contradicts_is_found(status, load_factor, agrees) 
     assert [verdict for verdict, _ in found] == ([] if agrees == "yes" else [agrees])
 
 
-@pytest.mark.parametrize("problem", [SAFE_LATER, SAFE_BETWEEN, shakedown.example("uncoupled")])
-def test_both_methods_say_the_same_where_no_node_collapses(problem: Problem) -> None:
-    for joint in (problem, creeping(), replace(TWO, f=2.5)):
-        methods = module.SecondBounds(conic_lower_bound(joint), conic_upper_bound(joint), joint.n)
-        found = module.independent_findings(shakedown.shakedown_bounds(joint), methods, DEFAULT)
-        assert list(found) == []
+@pytest.mark.parametrize(
+    "joint", [SAFE_LATER, SAFE_BETWEEN, shakedown.example("uncoupled"), creeping(), replace(TWO, f=2.5)]
+)
+def test_both_methods_say_the_same_where_no_node_collapses(joint: Problem) -> None:
+    methods = module.SecondBounds(conic_lower_bound(joint), conic_upper_bound(joint), joint.n)
+    assert not list(module.independent_findings(shakedown.shakedown_bounds(joint), methods, DEFAULT))
+
+
+@pytest.mark.parametrize(("largest", "size"), [(2.0, 2.0), (inf, 1.0)])
+@pytest.mark.parametrize(("share", "differ"), [(0.9, []), (1.1, [False])])
+def test_bounds_differ_by_a_share_of_the_largest_or_of_the_nominal_load(largest, size, share, differ) -> None:
+    limits = stated(lower={"load_factor": 0.0}, upper={"load_factor": largest})
+    methods = second(Status.OPTIMAL, share * DEFAULT.agreement * size), second(Status.OPTIMAL, largest)
+    bounds = module.ShakedownBounds(limits.lower, limits.upper)
+    found = module.independent_findings(bounds, module.SecondBounds(*methods, 2), DEFAULT)
+    assert [verdict for verdict, _ in found] == differ
 
 
 def test_a_second_method_that_gives_up_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,6 +13,7 @@ from math import inf
 
 import numpy as np
 import pytest
+from calculix import needs_ccx
 
 import shakedown
 from benchmarks import STUDIES, calculix_peer, timing
@@ -28,7 +29,6 @@ from shakedown.motion.evolution import evolve
 
 BUILT_IN = small_problems()
 PEERS = {"calculix_contact": calculix_peer}  # without which no case is left
-needs_calculix = pytest.mark.needs(calculix_peer)
 SENSITIVE = {"condition 1e8", "condition 1e12", "condition 1e14"}  # the rounded rows have another optimum
 UNRESOLVED = {"condition 1e14"}  # whether the softest motion meets a spring or round-off, nobody can tell
 DECIDED_EXACTLY = {"barely pulled off"}
@@ -162,7 +162,7 @@ def test_unbounded_carries_an_exact_direction(name: str) -> None:
     assert upper.residual <= 1e-12
 
 
-@needs_calculix
+@needs_ccx
 def test_slips_and_pressures_after_one_cycle_are_those_of_the_toolkit_as_the_penalty_grows() -> None:
     case = {"joint": "double lap", "relative": COMPARED["double lap"], "cycles": 1}
     soft, stiff = (measure(case | {"slope": slope}) for slope in (25, 250))
@@ -172,7 +172,7 @@ def test_slips_and_pressures_after_one_cycle_are_those_of_the_toolkit_as_the_pen
     assert np.count_nonzero(stiff["slip"][1]) >= 10  # of 26 nodes
 
 
-@needs_calculix
+@needs_ccx
 @pytest.mark.parametrize(("relative", "said"), [(0.99, "no slip"), (1.01, "slips in every cycle")])
 def test_calculix_comes_to_rest_below_the_transient_limit_only(relative: float, said: str) -> None:
     assert verdict(measure({"joint": "shrink fit", "relative": relative, "slope": 2500, "cycles": 2})) == said
