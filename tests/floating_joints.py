@@ -118,8 +118,8 @@ def by_highs(problem: Problem, pins: list[int]) -> dict:
     ends = [programs.solve(1.0, node) for node in range(problem.n)]
     values = [inf if np.isnan(end[0]) else end[0] for end in ends]
     first = int(np.argmin(values))
-    sizes = [float(np.abs(end[1]).max(initial=0.0)) for end in ends]
-    return {"upper": most, "lower": min(most, values[first]), "witness": sizes[first]}
+    size = float(np.abs(ends[first][1]).max(initial=0.0))
+    return {"upper": most, "lower": min(most, values[first]), "witness": size}
 
 
 def floating_joint(kind: str, seed: int) -> Problem:

@@ -44,11 +44,10 @@ def test_it_is_said_what_the_transient_leaves():
         _, about, _ = limit_sections(found)
         told = [each.shown for each in about.facts if each.label == "safe in the transient"]
         assert len(told) == there
-        before = found.details.through_transient
-        if before is not None:
-            assert told[0] == (
-                "none" if before.status == "infeasible" else f"up to λ = {down(before.load_factor, 4)}"
-            )
+        if there and (before := found.details.through_transient).status == "infeasible":
+            assert told == ["none"]
+        elif there:
+            assert told == [f"up to λ = {down(before.load_factor, 4)}"]
     assert not shakedown.assess(DESTROYED).details.through_transient.load_factor > between(DESTROYED)
 
 

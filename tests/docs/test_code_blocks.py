@@ -26,6 +26,7 @@ import tomllib
 from collections.abc import Iterator
 from contextlib import chdir, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
 
@@ -183,14 +184,9 @@ def named(page):
     return page.relative_to(DOCS).as_posix()
 
 
-def joint(folder):
+def joint(folder, name="two-node"):
     """What a page calls joint.npz, without showing where it comes from."""
-    shakedown.save_problem(folder / "joint.npz", shakedown.example("two-node"))
-
-
-def block(folder):
-    """The same, of a joint for which shakedown is proved."""
-    shakedown.save_problem(folder / "joint.npz", shakedown.example("block-9"))
+    shakedown.save_problem(folder / "joint.npz", shakedown.example(name))
 
 
 def calculix(folder):
@@ -199,7 +195,12 @@ def calculix(folder):
         (folder / name).write_bytes((files("shakedown.models.importing") / "example" / name).read_bytes())
 
 
-FOLDERS = {"joint": joint, "block": block, "calculix": calculix, "brake_reuss": brake_reuss.write}
+FOLDERS = {
+    "joint": joint,
+    "block": partial(joint, name="block-9"),
+    "calculix": calculix,
+    "brake_reuss": brake_reuss.write,
+}
 
 
 @pytest.mark.slow

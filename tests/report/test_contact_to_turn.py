@@ -12,13 +12,10 @@ import shakedown
 from shakedown.plot.patch_places import can_be_turned, patch_data
 from shakedown.plot.paths import slip_of_nodes, so_far, work_of_nodes
 from shakedown.report.html import environment
+from tests.plot import test_patch
 
-CORNERS = np.array([[0.0, 0.0, 5.0], [2.0, 0.0, 5.0], [2.0, 1.0, 5.0], [0.0, 1.0, 5.0]])
-JOINT = replace(
-    shakedown.example("four-node-3d"), coordinates=CORNERS, normal=np.tile([0.0, 0.0, 1.0], (4, 1)),
-    tangents=np.tile(np.eye(3)[:2], (4, 1, 1)), faces=[[0, 1, 2, 3]], node_area=np.full(4, 0.5),
-    units="N, mm", label=["</script>", "b", "c", "d"],
-)  # fmt: skip
+NAMES = ["</script>", "b", "c", "d"]
+JOINT = replace(test_patch.JOINT, faces=[[0, 1, 2, 3]], node_area=np.full(4, 0.5), label=NAMES)
 ASK = """(() => {
   const canvas = document.querySelector("canvas"), field = document.querySelector("select");
   const slider = document.querySelector("input"), told = document.querySelector(".told");
@@ -86,8 +83,8 @@ def test_the_page_holds_the_state_at_instants_of_its_period(state, view):
         "friction work so far per area [N/mm]",
     ]
     place = np.array(data["places"]).T
-    scale = np.linalg.norm(CORNERS - [1.0, 0.5, 5.0], axis=1).max()
-    np.testing.assert_allclose(scale * place + [1.0, 0.5, 5.0], CORNERS, atol=1e-3)
+    scale = np.linalg.norm(test_patch.CORNERS - [1.0, 0.5, 5.0], axis=1).max()
+    np.testing.assert_allclose(scale * place + [1.0, 0.5, 5.0], test_patch.CORNERS, atol=1e-3)
     turn = np.array(data["turn"])
     np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-3)
     assert np.linalg.det(turn) > 0
