@@ -93,13 +93,14 @@ class Page:
     def __init__(self, path: Path, folder: Path):
         self.path, self.folder, self.names = path, folder, {"__name__": "__main__"}
 
-    def run(self, *, slow: bool) -> int:
-        """Run the blocks in their order; how many."""
+    def run(self, *, slow: bool) -> None:
+        """Run the blocks in their order."""
         chosen = [block for block in blocks(self.path) if slow or block.mark != "slow"]
         with chdir(self.folder):
-            return sum(self._run(block) for block in chosen)
+            for block in chosen:
+                self._run(block)
 
-    def _run(self, block: Block) -> bool:
+    def _run(self, block: Block) -> None:
         where = f"{self.path.name}, line {block.line}"
         if block.mark == "file":
             Path(block.value).write_text(block.text, encoding="utf-8")
@@ -110,11 +111,8 @@ class Page:
         elif block.language == "toml":
             tomllib.loads(block.text)
         else:
-            assert block.language in OTHER_CODES or block.mark == "file", (
-                f"{where}: who runs {block.language}?"
-            )
-            return False
-        return True
+            known = block.language in OTHER_CODES or block.mark == "file"
+            assert known, f"{where}: who runs {block.language}?"
 
     def _python(self, block: Block, where: str) -> None:
         if ">>> " not in block.text:

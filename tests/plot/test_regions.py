@@ -55,11 +55,8 @@ def colours_at(axes, places):
     canvas = FigureCanvasAgg(axes.figure)
     canvas.draw()
     image = np.asarray(canvas.buffer_rgba())
-    found = []
-    for column, row in axes.transData.transform(places):
-        shade = image[image.shape[0] - 1 - round(row), round(column)]
-        found.append(tuple(int(part) for part in shade[:3]))
-    return found
+    points = np.rint(axes.transData.transform(places)).astype(int)
+    return [tuple(image[len(image) - 1 - row, column, :3].tolist()) for column, row in points]
 
 
 def test_over_one_parameter_every_region_is_drawn_and_named():
