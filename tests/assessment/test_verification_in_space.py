@@ -20,8 +20,7 @@ def found():
 def test_bounds_and_simulations_agree(found):
     assert found.agrees
     assert not found.notes
-    regions = {run.region for run in found.runs}
-    assert {"below λ_U", "between", "above λ_max"} <= regions
+    assert {"below λ_U", "between", "above λ_max"} <= {run.region for run in found.runs}
     for each in found.runs:
         assert each.simulation.residual < 1e-7
         if each.region == "below λ_U" or each.in_ball:
@@ -51,6 +50,7 @@ def test_a_ball_of_the_plan_holds_what_is_proved():
         assert ball.radius > 0
         assert limits.ball_at(load_factor) is ball
         assert bool(ball.contains(np.zeros(8))) == (load_factor < energy)
+    assert ball.contains(0.5 * (limits.energy.slip + limits.upper.slip))  # safe halfway between the limits
     assert isinstance(limits.ball_at(1.01 * upper), Missing)
 
 

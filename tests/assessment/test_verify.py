@@ -157,6 +157,8 @@ AT_HALF = {"load_factor": 0.5}
         ({"lower": {"load_factor": nan}, "upper": ZONE | UNBOUNDED | {"least_load_factor": 0.0}}, {1.0: IN_ZONE}),
         ({"name": "two-node-3d", "universal": {"load_factor": 0.0}, "energy": AT_HALF, "upper": {"load_factor": 2.0}},
          {0.475: BETWEEN, 0.95: BETWEEN, 2.1: ABOVE}),
+        ({"name": "two-node-3d", "universal": {"load_factor": 0.0}, "energy": {"load_factor": 0.0}, "upper": {"load_factor": 2.0}},
+         {0.6: BETWEEN, 2.1: ABOVE}),
         ({"name": "two-node-3d", "universal": AT_HALF, "upper": {"load_factor": 2.0}},
          {0.475: PROVED, 0.95: BETWEEN, 2.1: ABOVE}),
     ],

@@ -90,20 +90,17 @@ def grid(n: int, m: int) -> np.ndarray:
     return np.stack(np.meshgrid(np.arange(float(n)), np.arange(float(m))), axis=-1).reshape(-1, 2)
 
 
-def joint(n: int, **places) -> shakedown.Problem:
-    """One that says of its n nodes where they are, and nothing else of interest."""
+def joint(**places) -> shakedown.Problem:
+    """One that says of its nodes where they are, first by (n, …), and nothing else of interest."""
+    n = len(next(iter(places.values())))
     return shakedown.Problem(
         A=np.eye(2 * n), B=np.zeros((n, 2 * n)), f=0.5, q_w=np.ones((2, 2 * n)), p_w=np.ones((2, n)), **places
     )
 
 
-def placed(x: np.ndarray) -> shakedown.Problem:
-    return joint(len(x), x=x)
-
-
 def in_space(places, normals=None, faces=None) -> shakedown.Problem:
     tangents = None if normals is None else tangent_pairs(normals)
-    return joint(len(places), coordinates=places, normal=normals, tangents=tangents, faces=faces)
+    return joint(coordinates=places, normal=normals, tangents=tangents, faces=faces)
 
 
 def patches(problem: shakedown.Problem) -> list:
@@ -115,25 +112,25 @@ def test_no_triangle_lies_across_a_hole_or_between_two_patches():
     hole = whole[np.linalg.norm(whole - 5.5, axis=1) > 3.2]
     apart = np.concatenate([grid(5, 5), grid(5, 5) + np.array([20.0, 0.0])])
     for x, count in ((hole, 1), (apart, 2)):
-        places = patches(placed(x))
+        places = patches(joint(x=x))
         assert len(places) == count
         middle = np.concatenate([each.points[each.triangles.triangles].mean(axis=1) for each in places])
         assert len(middle) > 20
         assert np.linalg.norm(middle[:, None] - x, axis=2).min(axis=1).max() < 1.0
     angle = 2 * np.pi * np.arange(24) / 24
     ring = np.concatenate([r * np.stack([np.cos(angle), np.sin(angle)], axis=1) for r in (8.0, 10.0, 12.0)])
-    assert len(places_of(placed(ring)).triangles.triangles) == 2 * 2 * 24
+    assert len(places_of(joint(x=ring)).triangles.triangles) == 2 * 2 * 24
     coarse = shakedown.example("bolted-flange")  # so coarse a ring that its hole is no larger than a triangle
     drawn = places_of(coarse).triangles
     assert np.hypot(*coarse.x[drawn.triangles].mean(axis=1).T).min() > 13.0 * np.cos(np.pi / 8) - 1e-9
     assert len(drawn.triangles) == 2 * 2 * 8
     facing = replace(
-        placed(grid(6, 6)), coordinates=np.column_stack([grid(6, 6), np.zeros(36)]), tangents=None,
+        joint(x=grid(6, 6)), coordinates=np.column_stack([grid(6, 6), np.zeros(36)]), tangents=None,
         normal=np.where(grid(6, 6)[:, :1] < 2.5, 1.0, -1.0) * np.array([0.8, 0.0, 0.6]) + [0.0, 0.0, 0.0],
     )  # fmt: skip
     assert [len(one.triangles.triangles) for one in patches(facing)] == [2 * 2 * 5] * 2
-    assert places_of(placed(grid(5, 1))).triangles is None
-    assert len(places_of(placed(grid(2, 2) + 1e9)).triangles.triangles) == 2
+    assert places_of(joint(x=grid(5, 1))).triangles is None
+    assert len(places_of(joint(x=grid(2, 2) + 1e9)).triangles.triangles) == 2
 
 
 def test_loads_of_nodes_with_tangents_of_their_own_are_summed_along_the_axes():
