@@ -181,9 +181,9 @@ def test_below_the_first_collapse_a_zone_that_is_none_contradicts_nothing(open_n
 @pytest.mark.parametrize("name", ["two-node", "two-node-3d"])
 def test_states_in_a_ball_are_just_inside_its_surface_or_as_far_away_as_other_states(name):
     limits = shakedown.assess(shakedown.example(name)).details
-    (step,) = plan.plan_steps(limits, [0.3], 1, 0)
+    (step,) = plan.plan_steps(limits, [0.7], 1, 0)
     starts = {case.initial: case.start for case in step()}
-    ball = limits.ball_at(0.3)
+    ball = limits.ball_at(0.7)
     drawn = [starts.pop(name) for name in list(starts) if name.startswith("ball")]
     assert len(drawn) == 2
     reach = max(np.abs(start - ball.slip).max() for start in starts.values())
