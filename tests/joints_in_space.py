@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchmarks import space_verdicts
 from shakedown import Problem
 from shakedown.joint.units import without_loads
 
@@ -20,6 +21,12 @@ def random_joint(rng: np.random.Generator, n: int, *, pressure: float = 4.0, m: 
     p_w = pressure + rng.normal(size=n) * np.cos(2 * t) + rng.normal(size=n) * np.sin(t)
     A, B, C = kappa[: 2 * n, : 2 * n], kappa[2 * n :, : 2 * n], kappa[2 * n :, 2 * n :]
     return Problem(A=A, B=B, C=C, f=rng.uniform(0.2, 0.9, n), q_w=q_w, p_w=p_w)
+
+
+def of_verdicts(kind: str, seed: int, number: int) -> Problem:
+    """A joint of the study of verdicts in space: "held", "floating", "stiff and soft" or both."""
+    rng = np.random.default_rng([seed, space_verdicts.KINDS.index(kind), number])
+    return space_verdicts.random_joint(rng, kind, 4)
 
 
 def embedded(plane: Problem) -> Problem:

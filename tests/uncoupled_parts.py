@@ -15,13 +15,13 @@ def pair(joint: str, number: int, decades: int) -> list[Problem]:
     drawn = drawn_joint if joint == "plane" else drawn_joint_in_space
     found = [drawn(9, 2 * number + k) for k in (0, 1)]
     m, normal = min(each.m for each in found), all(each.C is not None for each in found)
-    first, second = (_cut(each, m, normal) for each in found)
+    first, second = (with_mean(each, m, normal) for each in found)
     length, force = 10.0**decades, 10.0**decades if number % 2 else 1.0
     return [first, in_units(second, force, length)]
 
 
-def _cut(problem: Problem, m: int, normal: bool) -> Problem:
-    """A joint with the first load steps of its loop alone, and their mean where it has none of its own."""
+def with_mean(problem: Problem, m: int | None = None, normal: bool = True) -> Problem:
+    """A joint of nodes and the first m load steps alone, with their mean where it has none of its own."""
     q_w, p_w = problem.q_w[:m], problem.p_w[:m]
     return Problem(
         A=problem.A,

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from uncoupled_parts import joined, pair
+from uncoupled_parts import joined, pair, with_mean
 
 import shakedown
 from benchmarks.problems import in_units
@@ -39,7 +39,7 @@ def test_a_limit_is_the_least_of_the_parts(name, kind, number, decades):
 @pytest.mark.parametrize("decades", [-4, 0, 4])
 def test_units_of_one_part_change_no_limit_of_the_joint(decades):
     """Two like joints, one of them in other lengths: from every state, too, it is the limit of one."""
-    joint = plain(shakedown.example("three-node"))
+    joint = with_mean(shakedown.example("three-node"))
     whole = joined([joint, in_units(joint, 1.0, 10.0**decades)])
     for name in LIMITS:
         assert limit(name, whole) == pytest.approx(limit(name, joint), rel=1e-9)
@@ -51,21 +51,9 @@ def test_units_of_one_part_change_no_limit_of_the_joint(decades):
     )
 
 
-def plain(problem):
-    """The joint with a mean of its own said, and nothing but its nodes and loads."""
-    return shakedown.Problem(
-        A=problem.A, B=problem.B, f=problem.f, q_w=problem.q_w, p_w=problem.p_w,
-        q_mean=problem.q_w.mean(axis=0), p_mean=problem.p_w.mean(axis=0),
-    )  # fmt: skip
-
-
 def test_what_is_said_of_a_node_names_it_in_the_whole_joint():
-    parts = [plain(shakedown.example("three-node")), plain(shakedown.example("pair-cycle"))]
-    m = min(part.m for part in parts)
-    parts = [
-        shakedown.Problem(A=p.A, B=p.B, f=p.f, q_w=p.q_w[:m], p_w=p.p_w[:m], q_mean=p.q_mean, p_mean=p.p_mean)
-        for p in parts
-    ]
+    parts = [with_mean(shakedown.example(name), normal=False) for name in ("three-node", "pair-cycle")]
+    parts = [with_mean(part, min(each.m for each in parts)) for part in parts]
     alone = [shakedown.universal_bound(part) for part in parts]
     least = int(np.argmin([each.load_factor for each in alone]))
     found, first = shakedown.universal_bound(joined(parts)), 3 * least

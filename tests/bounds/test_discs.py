@@ -5,11 +5,15 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from flint import fmpq, fmpq_mat
 from joints_in_space import embedded, in_last_bits, random_joint
 
 import shakedown
 from shakedown import Problem, Status
+from shakedown.bounds import enclosure
+from shakedown.bounds.disc_rows import disc_rows
 from shakedown.bounds.independent_solver import conic_upper_bound
+from shakedown.bounds.scaled_solution import scaled_discs, solve_scaled
 from shakedown.joint.constraints import constraints, loading
 
 CITED = {
@@ -49,22 +53,6 @@ def test_cited(name):
     found = {(int(n), int(k)) for n, k in zip(rows.node[::3], rows.step[::3], strict=True)}
     assert set(upper.active) <= found
     assert conic_upper_bound(problem).load_factor == pytest.approx(upper.load_factor, rel=1e-9)
-
-
-def test_one_node_on_a_circle():
-    """q = λ q₁ (cos t, sin t), p = p₀ + λ p₁ cos t, B = 0: λ_max = f p₀ / √(q₁² + f² p₁²)."""
-    f, p0, p1, q1 = 0.4, 2.0, 1.3, 0.9
-    worst = np.linspace(0, 2 * np.pi, 361)
-    q = q1 * np.column_stack([np.cos(worst), np.sin(worst)])
-    node = Problem(
-        A=np.eye(2), B=np.zeros((1, 2)), f=f, q_w=q, p_w=p0 + p1 * np.cos(worst)[:, None],
-        q_mean=np.zeros(2), p_mean=[p0],
-    )  # fmt: skip
-    closed = f * p0 / np.hypot(q1, f * p1)
-    upper = shakedown.upper_bound(node)
-    assert closed == pytest.approx(0.769658, abs=1e-6)
-    assert closed <= upper.certified[1]
-    assert upper.load_factor == pytest.approx(closed, rel=1e-4)
 
 
 @pytest.mark.parametrize("name", ["two-node", "block-9", "press-fit"])
@@ -120,10 +108,6 @@ def exact_slack(problem: Problem, slip: np.ndarray, load_factor: float) -> bool:
 @pytest.mark.parametrize("seed", range(4))
 def test_what_is_proved_holds_in_rational_arithmetic(seed):
     """The slip next to the low end is safe exactly; above the high end the program of Clarabel has none."""
-    from shakedown.bounds import enclosure
-    from shakedown.bounds.disc_rows import disc_rows
-    from shakedown.bounds.scaled_solution import scaled_discs, solve_scaled
-
     problem = random_joint(np.random.default_rng(seed), 3)
     rows = disc_rows(problem)
     best = solve_scaled(scaled_discs(rows, -1.0))
@@ -137,11 +121,6 @@ def test_what_is_proved_holds_in_rational_arithmetic(seed):
 @pytest.mark.parametrize("seed", range(3))
 def test_the_high_end_is_that_of_multipliers_that_balance_exactly(seed):
     """What U3 says is there, found in rational arithmetic: within its bound, in the cones, no higher."""
-    from flint import fmpq, fmpq_mat
-
-    from shakedown.bounds import enclosure
-    from shakedown.bounds.disc_rows import disc_rows
-    from shakedown.bounds.scaled_solution import scaled_discs, solve_scaled
 
     def exact(values):
         return [fmpq(*float(x).as_integer_ratio()) for x in np.ravel(values)]
@@ -168,9 +147,7 @@ def test_the_high_end_is_that_of_multipliers_that_balance_exactly(seed):
 
 
 def test_a_rough_inverse_bounds_the_exact_one():
-    from shakedown.bounds.enclosure import Inverse
-
-    rough = Inverse(np.eye(1))
+    rough = enclosure.Inverse(np.eye(1))
     rough.approximate, rough.norm = 0.8 * rough.approximate, 0.2
     assert rough.bound(np.ones(1)) >= 1.0
 

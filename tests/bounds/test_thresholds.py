@@ -1,15 +1,16 @@
-"""Friction thresholds against cited values, complete enumeration, witnesses, and joints that make the search hard."""
+"""Uniqueness and friction thresholds against cited values, principal minors one by one, witnesses, and hard searches."""
 
+from dataclasses import replace
 from itertools import combinations, product
 
 import numpy as np
 import pytest
 
 import shakedown
-from benchmarks.problems import joint
+from benchmarks.problems import chain, joint
 from shakedown import Problem
 from shakedown.bounds import friction_thresholds
-from shakedown.bounds.coupling import first_loss, scaled_stiffness
+from shakedown.bounds.coupling import coupling, first_loss, scaled_stiffness, unique_in_contact
 from shakedown.bounds.friction_thresholds import PROGRAMS, friction_used, wedged_slip
 from shakedown.ground.constants import SIX_DIGITS
 
@@ -51,20 +52,18 @@ def random_stiffness(rng, n, normal=1.0):
     )
 
 
-def all_minors_positive(problem, f, separated):
-    """Principal minors of A' + f S B' over all S, the separated nodes eliminated from κ."""
-    n, kappa = problem.n, problem.kappa
-    free = [*separated, *(n + i for i in separated)]
-    rest = [i for i in range(n) if i not in separated]
-    keep = [*rest, *(n + i for i in rest)]
-    S = kappa[np.ix_(keep, keep)]
-    if free:
+def all_minors_positive(problem, f, separated=()):
+    """Principal minors of A' + f S B' over all S, the separated nodes eliminated from κ; those of 1e-9 are none."""
+    A, B, rest = problem.A, problem.B, [i for i in range(problem.n) if i not in separated]
+    if separated:
+        keep, free = ([*nodes, *(problem.n + i for i in nodes)] for nodes in (rest, separated))
+        kappa = problem.kappa
         moved = np.linalg.solve(kappa[np.ix_(free, free)], kappa[np.ix_(free, keep)])
-        S = S - kappa[np.ix_(keep, free)] @ moved
-    r = len(rest)
-    matrices = [S[:r, :r] + f * np.array(s)[:, None] * S[r:, :r] for s in product((1, -1), repeat=r)]
-    chosen = [J for k in range(1, r + 1) for J in combinations(range(r), k)]
-    return all(np.linalg.det(M[np.ix_(J, J)]) > 0 for M in matrices for J in chosen)
+        left = kappa[np.ix_(keep, keep)] - kappa[np.ix_(keep, free)] @ moved
+        A, B = left[: len(rest), : len(rest)], left[len(rest) :, : len(rest)]
+    matrices = [A + np.array(s)[:, None] * (f * B.T).T for s in product((1, -1), repeat=len(A))]
+    chosen = [J for k in range(1, len(A) + 1) for J in combinations(range(len(A)), k)]
+    return all(np.linalg.det(M[np.ix_(J, J)]) > 1e-9 for M in matrices for J in chosen)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -74,8 +73,8 @@ def test_uniqueness_is_the_first_principal_minor_to_vanish(seed):
     problem = random_stiffness(rng, n)
     limits = shakedown.friction_thresholds(problem)
     f = limits.uniqueness_in_contact.value
-    assert all_minors_positive(problem, 0.9999 * f, ())
-    assert not all_minors_positive(problem, 1.0001 * f, ())
+    assert all_minors_positive(problem, 0.9999 * f)
+    assert not all_minors_positive(problem, 1.0001 * f)
     f = limits.uniqueness.value
     sets = [o for k in range(n) for o in combinations(range(n), k)]
     assert all(all_minors_positive(problem, 0.9999 * f, o) for o in sets)
@@ -223,3 +222,63 @@ def test_coupling_of_the_size_of_round_off_is_none() -> None:
     assert np.all(np.isinf(limits.single_node))
     assert np.isinf(limits.uniqueness_in_contact.value)
     assert np.isinf(limits.wedging.value)
+
+
+def integer_joint(seed: int) -> Problem:
+    """Small whole numbers: thresholds that are hit exactly, minors that vanish exactly."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 5))
+    off = np.triu(rng.integers(-1, 2, (n, n)), 1)
+    A = off + off.T + 4.0 * np.eye(n)
+    B = rng.integers(-1, 2, (n, n)) * (rng.random((n, n)) < 0.6)
+    f = rng.choice([0.25, 0.5, 1.0, 2.0, 4.0])
+    return Problem(A=A, B=B, f=f, q_w=np.zeros((1, n)), p_w=np.ones((1, n)))
+
+
+@pytest.mark.parametrize("block", range(2))
+def test_the_answer_is_that_of_exact_principal_minors(block: int) -> None:
+    for seed in range(40 * block, 40 * block + 40):
+        problem = integer_joint(seed)
+        answer = unique_in_contact(problem)
+        assert answer.unique is all_minors_positive(problem, problem.f), (seed, answer)
+        assert bool(answer) is answer.unique
+
+
+@pytest.mark.parametrize("n", [9, 40, 250])
+def test_many_nodes_by_a_cheap_proof(n: int) -> None:
+    weak = replace(chain(n), f=0.05)
+    assert unique_in_contact(weak).unique is True
+    strong = replace(weak, f=1e3)
+    assert unique_in_contact(strong).unique is not True
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_energy_proves_what_dominance_cannot(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(60, 60))
+    kappa = root @ root.T / 60 + 0.3 * np.eye(60)
+    dense = Problem(A=kappa[:30, :30], B=kappa[30:, :30], f=0.1, q_w=np.zeros((1, 30)), p_w=np.ones((1, 30)))
+    assert coupling(dense).ratio > 1
+    assert unique_in_contact(dense).argument == "every motion stores more energy than friction can feed it"
+
+
+def test_friction_at_the_threshold_counts_as_above() -> None:
+    problem = Problem(A=[[2.0]], B=[[1.0]], f=2.0, q_w=[[0.0]], p_w=[[1.0]])
+    assert unique_in_contact(problem).unique is False
+    assert unique_in_contact(replace(problem, f=2.0 * (1 - 1e-8))).unique is True
+    assert unique_in_contact(problem, tolerances=shakedown.Tolerances(feasibility=0.2)).unique is False
+    assert (
+        unique_in_contact(replace(problem, f=1.8), tolerances=shakedown.Tolerances(feasibility=0.2)).unique
+        is False
+    )
+
+
+def test_a_double_root_ends_uniqueness() -> None:
+    """det(A + t S B) = (1 − t/2)² touches zero: a defective double eigenvalue, parted by round-off."""
+    c, s = np.cos(0.7), np.sin(0.7)
+    turn = np.array([[c, -s], [s, c]])
+    B = turn @ np.array([[-0.5, 1.0], [0.0, -0.5]]) @ turn.T
+    problem = Problem(A=np.eye(2), B=B, f=1.0, q_w=np.zeros((1, 2)), p_w=np.ones((1, 2)))
+    stiffness = scaled_stiffness(problem, np.ones(2), shakedown.Tolerances())
+    same = first_loss(stiffness, [(0, 1)])
+    assert same.factor / stiffness.friction_unit <= 2.0 * (1 + 1e-6)

@@ -59,19 +59,34 @@ def one_node(**changes):
     return Problem(**{**arrays, **changes})
 
 
-@METHODS
-def test_a_node_that_stays_open_is_listed(method):
-    run = simulate(one_node(p_w=[[-1.0]]), 1.0, method=method)
-    assert (run.outcome, run.open_nodes) == (Outcome.SHAKEDOWN, (0,))
-    assert run.cycles.open_nodes[-1, 0]
-    assert not run.proved
+BESIDE = {
+    "A": np.eye(2), "B": np.zeros((2, 2)), "C": np.eye(2),
+    "q_w": [[1.0, 0.0], [-1.0, 0.0]], "p_w": [[1.0, -1.0], [1.0, -1.0]],
+}  # fmt: skip
+LIFTED = [  # changes of the node, outcome, nodes that stay open, slip per cycle, what is said
+    ({"p_w": [[-1.0]]}, Outcome.SHAKEDOWN, (0,), [0.0], ""),
+    (
+        {"q_w": [[0.0]] * 2, "p_w": [[1.0], [-0.5]]},
+        Outcome.SEPARATION,
+        (),
+        [0.0],
+        "closing every cycle: node 0",
+    ),
+    (BESIDE, Outcome.CYCLIC_SLIP, (1,), [2.0, 0.0], ""),
+    ({"p_w": [[-1.0]], "C": None}, Outcome.UNDECIDED, (), [np.nan], "lifts off"),
+]
 
 
 @METHODS
-def test_a_node_that_opens_and_closes_is_separation(method):
-    run = simulate(one_node(q_w=[[0.0], [0.0]], p_w=[[1.0], [-0.5]]), 1.0, method=method)
-    assert (run.outcome, run.open_nodes) == (Outcome.SEPARATION, ())
-    assert "opening and closing every cycle: node 0" in run.reason
+@pytest.mark.parametrize(("changes", "outcome", "stays_open", "slip", "said"), LIFTED, ids=str)
+def test_what_nodes_that_open_are_called(changes, outcome, stays_open, slip, said, method):
+    run = simulate(one_node(**changes), 1.0, method=method)
+    assert (run.outcome, run.open_nodes) == (outcome, stays_open)
+    assert run.slip_per_cycle == pytest.approx(slip, nan_ok=True)
+    assert said in run.reason
+    if stays_open:
+        assert run.cycles.open_nodes[-1].nonzero()[0].tolist() == list(stays_open)
+        assert not run.proved
 
 
 def test_what_is_over_decides_nothing():
@@ -80,24 +95,6 @@ def test_what_is_over_decides_nothing():
     )
     assert recorded_verdict([*breathing, *still], np.ones(1))[0] == Outcome.SHAKEDOWN
     assert recorded_verdict([*still, *breathing], np.ones(1))[0] == Outcome.SEPARATION
-
-
-@METHODS
-def test_slip_beside_a_node_that_stays_open(method):
-    problem = Problem(
-        A=np.eye(2), B=np.zeros((2, 2)), C=np.eye(2), f=0.5,
-        q_w=[[1.0, 0.0], [-1.0, 0.0]], p_w=[[1.0, -1.0], [1.0, -1.0]],
-    )  # fmt: skip
-    run = simulate(problem, 1.0, method=method)
-    assert (run.outcome, run.open_nodes) == (Outcome.CYCLIC_SLIP, (1,))
-    assert run.slip_per_cycle == pytest.approx([2.0, 0.0])
-
-
-@METHODS
-def test_without_c_a_node_that_lifts_off_leaves_the_run_undecided(method):
-    run = simulate(one_node(p_w=[[-1.0]], C=None), 1.0, method=method)
-    assert run.outcome == Outcome.UNDECIDED
-    assert "lifts off" in run.reason
 
 
 @METHODS

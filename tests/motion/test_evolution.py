@@ -1,4 +1,4 @@
-"""Exact evolution: the friction law between events, invariance, degenerate states, Gauss–Seidel as second method."""
+"""Exact evolution: the law between events, invariance, degenerate states, many cycles in a call, Gauss–Seidel."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from shakedown.joint.constraints import loading
 from shakedown.joint.units import without_loads
 from shakedown.motion.checked_law import law_violation, scales
 from shakedown.motion.course import EventKind
-from shakedown.motion.evolution import evolve
+from shakedown.motion.evolution import Evolution, evolve
 
 SEEDS = range(4)
 
@@ -147,3 +147,22 @@ def test_a_motion_that_cannot_begin_has_an_empty_path():
     assert run.stop is not None
     assert not run.cycles
     assert not len(run.history)
+
+
+SCENES = [("two-node", 0.8), ("two-node", 1.5), ("three-node", 2.6), ("block-9", 5.0), ("uncoupled", 1.5)]
+
+
+@pytest.mark.parametrize(("name", "load_factor"), SCENES)
+def test_neither_a_record_nor_many_cycles_in_one_call_change_the_path(name, load_factor):
+    problem = shakedown.example(name)
+    start = None if problem.initial_slip is None else problem.initial_slip[0]
+    one, recorded, many = (Evolution(problem, load_factor, start) for _ in range(3))
+    for _ in range(12):
+        a, b = one.cycle(), recorded.cycle(record=True)
+        assert (a.events, a.dissipation, a.signature) == (b.events, b.dissipation, b.signature)
+        assert np.array_equal(a.slip, b.slip)
+    assert many.advance(12) == 12
+    assert many.done == one.done == 12
+    assert np.array_equal(one.state.u, many.state.u)
+    assert np.array_equal(one.state.contact, many.state.contact)
+    assert (recorded.history.kind == EventKind.LOAD_STEP).sum() >= 12 * problem.m

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from joints_in_space import of_verdicts
 
 import shakedown
-from benchmarks.space_verdicts import KINDS, random_joint
 from shakedown import Outcome
 from shakedown.ground.work_limit import limited_work, work_is_left
 from shakedown.motion.evolution import Evolution
@@ -17,7 +17,7 @@ LOAD_FACTOR = 0.93  # at which the joint jumps
 
 @pytest.fixture(scope="module")
 def jumping():
-    return random_joint(np.random.default_rng([35, KINDS.index("floating"), 3]), "floating", 4)
+    return of_verdicts("floating", 35, 3)
 
 
 def taken(problem, load_factor):
@@ -39,9 +39,8 @@ def test_no_pause_changes_a_path(monkeypatch, record):
     assert (at_once.events, at_once.signature) == (bit_by_bit.events, bit_by_bit.signature)
 
 
-@pytest.mark.parametrize("share", [0.3])
-def test_a_motion_stops_within_its_cycle_and_its_jump(monkeypatch, jumping, share):
-    most = share * taken(jumping, LOAD_FACTOR)
+def test_a_motion_stops_within_its_cycle_and_its_jump(monkeypatch, jumping):
+    most = 0.3 * taken(jumping, LOAD_FACTOR)
     monkeypatch.setattr(space_events, "CALL_OPERATIONS", 1)
     with limited_work(most) as limit:
         motion = Evolution(jumping, LOAD_FACTOR)
