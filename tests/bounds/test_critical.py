@@ -94,18 +94,13 @@ def by_tree(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(walk_kernel, "BLOCK", 300)
 
 
-def both_ways(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> tuple:
-    plain = shakedown.critical_load_factors(problem, values=True)
-    monkeypatch.setattr(module, "SMALL", 0)
-    monkeypatch.setattr(walk_kernel, "BLOCK", 300)
-    return plain, shakedown.critical_load_factors(problem, values=True)
-
-
 @pytest.mark.parametrize("make", [joint, half_coupled, twins, apex])
 @pytest.mark.parametrize("n", [1, 4])
-def test_tree_and_batches_agree(make, n: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tree_and_batches_agree(make, n: int, request: pytest.FixtureRequest) -> None:
     problem = make(n, max(n, 2) if make is half_coupled else n)
-    plain, tree = both_ways(problem, monkeypatch)
+    plain = shakedown.critical_load_factors(problem, values=True)
+    request.getfixturevalue("by_tree")
+    tree = shakedown.critical_load_factors(problem, values=True)
     assert (tree.total, tree.regular, tree.degenerate) == (plain.total, plain.regular, plain.degenerate)
     assert tree.regular + tree.degenerate == plain.regular + plain.degenerate == tree.total
     np.testing.assert_allclose(tree.load_factors, plain.load_factors, rtol=1e-8, atol=1e-11)

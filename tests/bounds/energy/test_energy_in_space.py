@@ -98,29 +98,6 @@ def test_load_in_one_direction():
     assert zero.load_factor < split.load_factor < energy_bound(plane).load_factor
 
 
-def test_statuses():
-    problem = space_joint(0, 3)
-    smooth = energy_bound(replace(problem, f=np.array([0.3, 0.0, 0.4])))
-    assert smooth.status == "infeasible"
-    assert np.isnan(smooth.load_factor)
-    assert smooth.reason.startswith("node 1 has no friction")
-    far = energy_bound(problem, 1e3 * np.ones(6))
-    assert far.status == "infeasible"
-    assert "close enough to the initial slip" in far.reason
-    lifted = replace(problem, p_w=problem.p_w - 100.0)
-    assert energy_bound(lifted).status == "infeasible"
-    assert energy_ball(lifted, 0.5).status == "infeasible"
-    still = replace(
-        problem, q_w=np.tile(problem.q_w.mean(axis=0), (3, 1)), p_w=np.tile(problem.p_w.mean(axis=0), (3, 1))
-    )
-    start = energy_ball(still, 0.0).slip
-    assert energy_bound(still, start).status == "unbounded"
-    floating = space_joint(1, 3, floating=True)
-    bound = energy_bound(floating)
-    assert bound.status in ("optimal", "infeasible")
-    assert len(bound.pinned) == 2
-
-
 def test_the_example_of_a_jump_in_a_ball():
     """Inside a ball with a share the rates of slip may have no solution (docs/energy.md, Theorem 5)."""
     still = {"q_w": np.zeros((3, 2)), "p_w": np.ones((3, 1))}

@@ -73,6 +73,27 @@ def test_where_no_node_presses_another_it_is_melans_from_every_admissible_state(
     assert energy_ball(problem, 1.001 * most).status == "infeasible"
 
 
+@pytest.mark.parametrize("drawn", [strong_joint, space_joint])
+def test_statuses(drawn):
+    problem = drawn(0, 3)
+    smooth, far = energy_bound(replace(problem, f=[0.3, 0.0, 0.4])), energy_bound(problem, 1e3 * problem.A[0])
+    assert (smooth.status, smooth.reason[:22]) == ("infeasible", "node 1 has no friction")
+    assert np.isnan([smooth.load_factor, smooth.least_load_factor, smooth.radius, *smooth.slip]).all()
+    assert far.status == "infeasible"
+    assert "close enough to the initial slip" in far.reason
+    assert far.residual <= 1e-9
+    assert far.active
+    lifted = replace(problem, p_w=problem.p_w - 100.0)
+    assert (energy_bound(lifted).status, energy_bound(lifted).certified) == ("infeasible", None)
+    assert energy_ball(lifted, 0.5).status == "infeasible"
+    still = replace(problem, **{key: getattr(problem, key).mean(axis=0)[None] for key in ("q_w", "p_w")})
+    rest = energy_bound(still, energy_ball(still, 0.0).slip)
+    assert (rest.status, rest.least_load_factor) == ("unbounded", 0.0)
+    floating = energy_bound(drawn(1, 3, floating=True))
+    assert floating.status in ("optimal", "infeasible")
+    assert len(floating.pinned) == problem.directions
+
+
 @pytest.mark.parametrize("d", [1, 2])
 def test_the_good_load_factors_are_an_interval(d):
     """The mean alone pulls the joint apart; the loop presses it together from 5/12 on."""
