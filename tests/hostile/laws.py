@@ -7,6 +7,7 @@ import numpy as np
 
 from benchmarks.problems import in_units
 from shakedown import Problem
+from shakedown.joint.units import without_loads
 
 Change = Callable[[Problem, np.random.Generator], Problem]
 
@@ -54,6 +55,17 @@ def other_tangents(problem: Problem, rng: np.random.Generator) -> Problem:
     return replace(problem, A=(A + A.T) / 2, B=problem.B @ turn.T, tangents=None, **slipping)
 
 
+def other_origin(problem: Problem, rng: np.random.Generator) -> Problem:
+    """Slips counted from another state, whose reactions are in the loads."""
+    size = np.abs(problem.q_w).max() / np.abs(problem.A).max()
+    slip = size * rng.normal(size=problem.layout.slip_size)
+    moved = {key: getattr(problem, key) - problem.A @ slip for key in _present(problem, *TANGENTIAL[:3])}
+    moved |= {key: getattr(problem, key) - problem.B @ slip for key in _present(problem, *NORMAL)}
+    if problem.initial_slip is not None:
+        moved["initial_slip"] = problem.initial_slip + slip
+    return replace(without_loads(problem), **moved)
+
+
 def other_start(problem: Problem, rng: np.random.Generator) -> Problem:
     """The period begins at another load step."""
     k = int(rng.integers(1, problem.m))
@@ -71,12 +83,12 @@ SAME_EVOLUTION: Mapping[str, Change] = {
     change.__name__: change for change in (other_forces, other_lengths, other_labels, other_direction)
 }
 SAME_BOUNDS: Mapping[str, Change] = SAME_EVOLUTION | {
-    change.__name__: change for change in (other_start, backwards)
+    change.__name__: change for change in (other_origin, other_start, backwards)
 }
 EXACT = ("other_forces", "other_lengths")  # powers of two change no mantissa
 SAME_IN_SPACE: Mapping[str, Change] = {
     change.__name__: change
-    for change in (other_forces, other_lengths, other_labels, other_tangents, backwards)
+    for change in (other_forces, other_lengths, other_labels, other_tangents, other_origin, backwards)
 }
 
 

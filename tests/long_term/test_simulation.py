@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from joints import FAMILY, member
 
 import shakedown
 from shakedown import Outcome, Problem, simulate
@@ -95,6 +96,18 @@ def test_what_is_over_decides_nothing():
     )
     assert recorded_verdict([*breathing, *still], np.ones(1))[0] == Outcome.SHAKEDOWN
     assert recorded_verdict([*still, *breathing], np.ones(1))[0] == Outcome.SEPARATION
+
+
+@METHODS
+@pytest.mark.parametrize("case", FAMILY)
+def test_a_period_of_two_cycles_is_that_of_the_long_term_state(case, method):
+    *data, load_factor, start = case
+    run = simulate(member(*data), load_factor, start, method=method)
+    state = shakedown.long_term_state(member(*data), load_factor, start)
+    assert (run.outcome, run.period) == (state.outcome, 2)
+    assert run.slip_per_cycle == pytest.approx(state.slip_per_cycle, rel=1e-6)
+    near = 1e-9 if method == "event" else 0.03  # a load step that begins to slip has the reaction of its end
+    assert run.dissipation_per_cycle == pytest.approx(state.dissipation_per_cycle, rel=near)
 
 
 @METHODS

@@ -98,11 +98,12 @@ def test_a_load_factor_from_zero_on_is_not_unbounded_below():
 def test_a_column_in_no_row_is_at_the_bound_where_its_cost_wants_it():
     """It was taken for what round-off leaves of a zero: x = 0 with the value of x = 2."""
     program = Program(
-        np.array([[0.0, 1.0, 0.0]]), np.ones(1), cost=np.array([-1.0, -1.0, 0.0]), upper=np.array([2.0, 5, 3])
-    )
+        np.array([[0.0, 1.0, 0.0, 0.0]]), np.ones(1), cost=np.array([-1.0, -1.0, 0.0, 1.0]),
+        lower=np.array([-1.0, -1, -1, -4]), upper=np.array([2.0, 5, 3, 5]),
+    )  # fmt: skip
     found = solve(program)
-    assert found.x == pytest.approx([2.0, 1.0, 0.0])
-    assert found.value == pytest.approx(-3.0)
+    assert found.x == pytest.approx([2.0, 1.0, 0.0, -4.0])
+    assert found.value == pytest.approx(-7.0)
     assert max(residuals(found)) <= 1e-15
 
 
