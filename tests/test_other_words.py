@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from bounds.energy.joints import space_joint, strong_joint
 from hostile.laws import EXACT, SAME_BOUNDS, SAME_EVOLUTION, SAME_IN_SPACE, other_tangents
-from joints_in_space import random_joint
+from joints_in_space import of_verdicts, random_joint
 from partly_open import SOME, partly_open
 
 import shakedown
@@ -40,6 +40,7 @@ class Answers:
     energies: tuple = ()  # of the whole joint
     radii: tuple = ()  # roots of energies, which an odd power of two rounds
     nodes: tuple = ()
+    round_off: tuple = ()  # without unit, and the same in other units alone
 
 
 class Translated:
@@ -99,6 +100,7 @@ def limits(problem: Problem) -> Answers:
         slips=tuple(each.slip for each in found if each.kind in ("lower", "upper", "energy")),
         lengths=tuple(total),
         radii=tuple(radii),
+        round_off=tuple(getattr(each, "residual", 0.0) for each in found),
     )
 
 
@@ -125,14 +127,16 @@ def ball(problem: Problem) -> Answers:
     found, slip = shakedown.energy_ball(problem, 0.3), problem.initial_slip[0]
     around = shakedown.energy_ball(problem, 0.3, around=slip)
     proved = shakedown.energy_bound(problem, slip, 0.1 * found.radius)
+    far = shakedown.energy_bound(problem, 1e4 * (slip - found.slip))
     uncertain = shakedown.accumulated_bound(
         problem, slip, start_error=0.1 * float(np.linalg.norm(found.slip - slip))
     )
     return Answers(
-        (found.status, around.status, proved.status, uncertain.status),
+        (found.status, around.status, proved.status, uncertain.status, far.status),
         numbers=(uncertain.load_factor,),
         slips=(found.slip, around.slip),
         radii=(found.radius, around.radius, proved.radius, proved.load_factor * found.radius),
+        round_off=(far.residual, *far.active),
     )
 
 
@@ -191,6 +195,7 @@ def followed(problem: Problem) -> Answers:
         slips=tuple(each.end_slip for each in cycles),
         lengths=tuple(each.slip for each in cycles),
         works=tuple(each.work for each in cycles),
+        energies=tuple(jump.energy_released for each in cycles for jump in each.jumps),
     )
 
 
@@ -218,6 +223,7 @@ def known(found: shakedown.LongTermState) -> Answers:
         slips=(found.final_slip,),
         lengths=(found.slip_per_cycle,),
         energies=(found.dissipation_per_cycle,),
+        round_off=(found.return_error, found.residual, found.error / np.max(found.slip_per_cycle)),
     )
 
 
@@ -238,6 +244,7 @@ SPACE = {
     "four-node-3d": started(shakedown.example("four-node-3d")),
     "floating in space": started(space_joint(1, 3, floating=True)),
     "one-node-3d": started(shakedown.example("one-node-3d")),
+    "jumping": started(of_verdicts("floating", 35, 3)),
 }
 BOUNDS_OF = (limits, assessment, safe, ball, onset)
 MOTIONS = (followed, stepped, state)
@@ -250,6 +257,7 @@ QUESTIONS = [
     *((ask, "two nodes", law) for ask in BOUNDS_OF for law in SAME_IN_SPACE),
     *((ask, "floating in space", law) for ask in (limits, safe, ball) for law in EXACT),
     *((slow, "one-node-3d", law) for law in EXACT),
+    *((followed, "jumping", law) for law in EXACT),
     *((ask, "four-node-3d", law) for ask in MOTIONS for law in SAME_IN_SPACE if law != "backwards"),
 ]
 
@@ -262,11 +270,11 @@ def asked(ask: Callable[[Problem], Answers], name: str) -> Answers:
 
 def same(one: Answers, other: Answers, law: str, accuracy: float) -> None:
     assert (other.words, other.nodes) == (one.words, one.nodes)
-    for field in ("numbers", "of_nodes", "slips", "lengths", "works", "energies", "radii"):
+    for field in ("numbers", "of_nodes", "slips", "lengths", "works", "energies", "radii", "round_off"):
         for expected, found in zip(getattr(one, field), getattr(other, field), strict=True):
             if law in EXACT and field != "radii":
                 np.testing.assert_array_equal(np.nan_to_num(found), np.nan_to_num(expected))
-            else:
+            elif field != "round_off":
                 size = np.abs(np.nan_to_num(expected, posinf=0.0)).max(initial=0.0)
                 np.testing.assert_allclose(found, expected, rtol=accuracy, atol=accuracy * size)
 

@@ -4,14 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bounds.energy.joints import space_joint, strong_joint
 from joints import creeping, safe_between, safe_later
 
 import shakedown
-from benchmarks.problems import joint
+from benchmarks.problems import joint, random_problem
 from shakedown import Problem
 from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
 from shakedown.bounds.proof_status import GuaranteeEvidence, guarantee_status
-from shakedown.joint.constraints import constraints
+from shakedown.joint.constraints import constraints, loading
 
 
 def test_two_node_system_has_the_thesis_bounds() -> None:
@@ -36,6 +37,25 @@ def test_known_systems(name: str, f: float, lower: float, upper: float) -> None:
     assert bounds.upper.load_factor == pytest.approx(upper, abs=5e-7)
     if lower == 0:
         assert f"some locked-in slip lifts node {bounds.lower.node} off" in bounds.lower.reason
+
+
+@pytest.mark.parametrize("joint", [strong_joint(0, 3), space_joint(1, 3), random_problem(3, 1)])
+def test_only_the_load_factor_times_the_amplitude_counts(joint: Problem) -> None:
+    """Down to amplitudes of 1e-9, which these numbers tell from the mean to the last bit."""
+    loop, found = loading(joint), []
+    q0, p0 = np.round(8 * loop.q0) / 8, np.round(8 * loop.p0) / 8
+    q1, p1 = np.round(1024 * loop.q1) / 1024, np.round(1024 * loop.p1) / 1024
+    for size in (1.0, 2.0**-30):
+        loads = {"q_w": q0 + size * q1, "p_w": p0 + size * p1, "q_mean": q0, "p_mean": p0}
+        given = Problem(A=joint.A, B=joint.B, f=joint.f, **loads)
+        upper = shakedown.upper_bound(given)
+        assert not upper.reduced_accuracy
+        bounds = [upper, shakedown.energy_bound(given), shakedown.universal_bound(given)]
+        bounds += [shakedown.lower_bound(given)] if joint.directions == 1 else []
+        bounds += [shakedown.accumulated_bound(given)]  # sought to four digits
+        found.append([size * bound.load_factor for bound in bounds])
+    assert found[1][:-1] == pytest.approx(found[0][:-1], rel=1e-9, nan_ok=True)
+    assert found[1][-1] == pytest.approx(found[0][-1], rel=3e-4, nan_ok=True)
 
 
 def test_zero_amplitude_is_told_from_wedging() -> None:

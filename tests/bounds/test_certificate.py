@@ -13,6 +13,7 @@ from benchmarks.rational_reference import fraction_rows, solve_fractions
 from shakedown import Problem
 from shakedown.bounds import largest_load_factor
 from shakedown.ground.status import Status
+from shakedown.joint.constraints import constraints
 from shakedown.programs.program import Program, Solution
 
 
@@ -71,7 +72,11 @@ def test_farkas_multipliers_are_exact() -> None:
 
 def test_unbounded_direction_is_exact() -> None:
     problem = replace(shakedown.example("two-node"), f=2.5)
-    upper, (matrix, _) = shakedown.upper_bound(problem), fraction_rows(problem)
+    upper, (matrix, _), rows = shakedown.upper_bound(problem), fraction_rows(problem), constraints(problem)
+    moved, load = rows.G @ upper.direction, np.abs(rows.d)
+    terms = np.maximum(np.abs(rows.G) @ np.abs(upper.direction), load)
+    assert upper.residual == pytest.approx(((moved + rows.d) / terms).max())
+    assert upper.residual <= 0
     assert (upper.status, upper.certified, upper.exact) == ("unbounded", (np.inf, np.inf), True)
     assert upper.reason.startswith("wedging")
     assert shakedown.lower_bound(problem).guarantee == "evidence"

@@ -128,6 +128,21 @@ def test_a_soft_spring_is_a_spring_where_the_data_are_sharp() -> None:
     assert len(rigid_slips(replace(soft, stiffness_accuracy=None)).pinned) == 2
 
 
+@pytest.mark.parametrize("d", [1, 2])
+@pytest.mark.parametrize("soft", [1e-3, 1e-9, 1e-13])
+def test_a_body_on_soft_springs_bears_what_melan_says_of_each_node(d, soft) -> None:
+    """Slip takes up every constant load, far as it may have to go; no slip changes a pressure."""
+    A = np.kron([[1.0 + soft, -1.0], [-1.0, 1.0 + soft]], np.eye(d))
+    q_w = np.zeros((4, 2 * d)) + 0.1 * soft
+    q_w[:, 0], q_w[:, d] = [1.0, 0.0, -1.0, 0.0], [0.0, 0.3, 0.0, -0.3]
+    joint = Problem(
+        A=A, B=np.zeros((2, 2 * d)), f=0.5, q_w=q_w, p_w=np.ones((4, 2)), stiffness_accuracy=1e-15
+    )
+    bounds = shakedown.upper_bound(joint), shakedown.energy_bound(joint)
+    assert [bound.load_factor for bound in bounds] == pytest.approx([0.5, 0.5], rel=1e-6)
+    assert bounds[0].pinned == ()
+
+
 @pytest.mark.parametrize("wrong", [0.0, 0.01, np.nan, "seven", True])
 def test_an_accuracy_is_a_number_of_three_digits_at_least(wrong) -> None:
     """With fewer every resistance would be round-off, and a joint that is held would have all nodes pinned."""

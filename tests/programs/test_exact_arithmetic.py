@@ -47,7 +47,10 @@ def test_every_start_ends_at_the_same_value(seed: int, n: int) -> None:
     rng = np.random.default_rng(seed)
     matrix = rng.integers(-3, 4, (2 * n + 2, n)).tolist()
     program = ExactProgram(matrix, rng.integers(-2, 6, 2 * n + 2).tolist(), rng.integers(-3, 4, n).tolist())
-    ends = [exact_vertex(program, list(rows), list(range(n))) for rows in combinations(range(2 * n + 2), n)]
+    starts = [list(rows) for rows in combinations(range(2 * n + 2), n)]
+    ends = [exact_vertex(program, rows, list(range(n))) for rows in starts]
+    meet = [solve_integers([matrix[i] for i in rows], [0] * n) is not None for rows in starts]
+    assert [end is not None for end in ends] == meet  # every vertex leads to an end
     ends = [end for end in ends if end is not None]
     assert len({end.status for end in ends}) <= 1
     for end in ends:
@@ -63,4 +66,6 @@ def test_every_start_ends_at_the_same_value(seed: int, n: int) -> None:
         else:
             assert balance == [c * end.y_scale for c in program.cost]
             reached = sum(c * x for c, x in zip(program.cost, end.x, strict=True))
+            sides = [sum(a * b for a, b in zip(row, end.x, strict=True)) for row in matrix]
+            assert all(side <= g * end.x_scale for side, g in zip(sides, program.right, strict=True))
             assert Fraction(reached, end.x_scale) == Fraction(value, end.y_scale)

@@ -40,9 +40,10 @@ def test_strictly():
     assert not ExactBall(replace(TWO, A=[[1.0, near], [near, 1.0]]), NONE).regular
 
 
-def test_distance_is_rounded_up():
+@pytest.mark.parametrize("size", [1.0, 2.0**60, 2.0**-60])
+def test_distance_is_rounded_up(size):
     exact = ExactBall(TWO, NONE)
-    found = exact.radius_to(np.array([1.0, 0.0]), np.zeros(2), 0.25)
+    found = exact.radius_to(np.array([size, 0.0]), np.zeros(2), 0.25 * size) / Fraction(size)
     assert 0 < (found - Fraction(1, 4)) ** 2 - 2 < Fraction(1, 2**70)
 
 

@@ -239,6 +239,14 @@ def test_locked_in_slip_that_lifts_off_under_the_mean_load():
     assert found.reason == f"some locked-in slip may lift node {found.node} off, under the mean load alone"
 
 
+def test_where_the_pressure_alone_varies_lift_off_is_the_limit():
+    """p = 3 + λ cos t, no shear: friction under the least pressure ends where the node lifts off, at λ = 3."""
+    loop = {"q_w": np.zeros((4, 2)), "p_w": 3.0 + np.array([[1.0], [0.0], [-1.0], [0.0]])}
+    found = universal_bound(Problem(A=2 * np.eye(2), B=[[0.1, 0.0]], f=0.4, **loop))
+    assert (found.limited_by, found.node) == ("lift-off", 0)
+    assert (found.load_factor, found.lift_off_bound) == (pytest.approx(3.0), pytest.approx(3.0))
+
+
 def test_no_slip_is_safe_under_the_mean_load():
     found = universal_bound(joint(p_w=np.full((12, 3), -1.0), coupling=0.1))
     assert (found.status, found.limited_by) == ("infeasible", "mean load")
