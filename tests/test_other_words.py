@@ -10,7 +10,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from bounds.energy.joints import space_joint, strong_joint
+from bounds.energy.joints import strong_joint
+from difficult_joints import floating_joint
 from hostile.laws import EXACT, SAME_BOUNDS, SAME_EVOLUTION, SAME_IN_SPACE, other_tangents
 from joints_in_space import of_verdicts, random_joint
 from partly_open import SOME, partly_open
@@ -23,6 +24,7 @@ from shakedown.bounds.coupling import coupling
 from shakedown.bounds.onset import first_opening, first_slip
 from shakedown.motion.evolution import evolve
 from shakedown.motion.fixed_steps import FixedSteps
+from shakedown.motion.method import CycleRecord
 
 pytestmark = pytest.mark.usefixtures("no_transient_limit")
 
@@ -95,7 +97,9 @@ def limits(problem: Problem) -> Answers:
     radii = [each.radius for each in found if each.kind == "energy"]
     total = [each.total_slip for each in found if each.kind == "accumulated"]
     return Answers(
-        words=tuple((each.kind, each.status, len(each.pinned)) for each in found),
+        words=tuple(
+            (each.kind, each.status, len(each.pinned), getattr(each, "guarantee", "")) for each in found
+        ),
         numbers=tuple(np.append(each.load_factor, getattr(each, "certified", None) or ()) for each in found),
         slips=tuple(each.slip for each in found if each.kind in ("lower", "upper", "energy")),
         lengths=tuple(total),
@@ -188,8 +192,16 @@ def above(problem: Problem) -> float:
 
 
 def followed(problem: Problem) -> Answers:
-    run = evolve(problem, above(problem), problem.initial_slip[0], cycles=2)
-    cycles = run.cycles
+    return cycles_of(evolve(problem, above(problem), problem.initial_slip[0], cycles=2).cycles)
+
+
+def jumped(problem: Problem) -> Answers:
+    found = cycles_of(evolve(problem, 0.93, cycles=2).cycles)
+    assert found.energies
+    return found
+
+
+def cycles_of(cycles: list[CycleRecord]) -> Answers:
     return Answers(
         (len(cycles), *((each.opened.sum(), each.closed.sum()) for each in cycles)),
         slips=tuple(each.end_slip for each in cycles),
@@ -210,6 +222,13 @@ def stepped(problem: Problem) -> Answers:
 
 def state(problem: Problem) -> Answers:
     return known(shakedown.long_term_state(problem, above(problem), problem.initial_slip[0], max_cycles=40))
+
+
+def proved(problem: Problem) -> Answers:
+    """A state at rest whose slip to come is bounded from some cycle on."""
+    found = shakedown.long_term_state(problem, 1.07)
+    proof = found.proof_found
+    return Answers((proof.by, proof.cycles), round_off=(proof.further / np.abs(found.final_slip).max(),))
 
 
 def slow(problem: Problem) -> Answers:
@@ -242,7 +261,7 @@ PLANE = {
 SPACE = {
     "two nodes": started(random_joint(np.random.default_rng(2), 2)),
     "four-node-3d": started(shakedown.example("four-node-3d")),
-    "floating in space": started(space_joint(1, 3, floating=True)),
+    "floating in space": started(floating_joint(np.random.default_rng([1, 7]), 3, "translations", "smooth")),
     "one-node-3d": started(shakedown.example("one-node-3d")),
     "jumping": started(of_verdicts("floating", 35, 3)),
 }
@@ -257,7 +276,8 @@ QUESTIONS = [
     *((ask, "two nodes", law) for ask in BOUNDS_OF for law in SAME_IN_SPACE),
     *((ask, "floating in space", law) for ask in (limits, safe, ball) for law in EXACT),
     *((slow, "one-node-3d", law) for law in EXACT),
-    *((followed, "jumping", law) for law in EXACT),
+    *((proved, "four-node-3d", law) for law in EXACT),
+    *((jumped, "jumping", law) for law in EXACT),
     *((ask, "four-node-3d", law) for ask in MOTIONS for law in SAME_IN_SPACE if law != "backwards"),
 ]
 

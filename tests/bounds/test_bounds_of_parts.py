@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from bounds.energy.joints import space_joint, strong_joint
 from uncoupled_parts import joined, pair, with_mean
 
 import shakedown
 from benchmarks.problems import in_units
+from shakedown.bounds.coupling import difference_gauge
 
 LIMITS = {
     "λ_U": shakedown.universal_bound,
@@ -49,6 +51,26 @@ def test_units_of_one_part_change_no_limit_of_the_joint(decades):
     assert shakedown.accumulated_bound(whole).load_factor == pytest.approx(
         shakedown.accumulated_bound(joint).load_factor, rel=1e-6
     )
+
+
+@pytest.mark.parametrize(
+    "joint",
+    [
+        strong_joint(0, 4),
+        strong_joint(6, 4, floating=True),
+        space_joint(0, 3),
+        space_joint(1, 3, floating=True),
+    ],
+)
+def test_units_of_each_node_change_no_limit(joint):
+    sizes = 2.0 ** (7 * np.arange(joint.n) - 9)
+    other = in_units(joint, 1.0 / sizes, sizes)
+    for name in LIMITS:
+        assert limit(name, other) == pytest.approx(limit(name, joint), rel=1e-8)
+    if joint.directions == 1:
+        lower, there = (shakedown.lower_bound(each) for each in (joint, other))
+        assert there.load_factor == pytest.approx(lower.load_factor, rel=1e-9)
+        assert (there.guarantee, difference_gauge(other)) == (lower.guarantee, difference_gauge(joint))
 
 
 def test_what_is_said_of_a_node_names_it_in_the_whole_joint():

@@ -12,6 +12,7 @@ from benchmarks.bodies.bearing_ring import bearing_ring
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from shakedown import Outcome, Problem
 from shakedown.ground.status import OPEN
+from shakedown.joint.constraints import loading
 from shakedown.joint.rigid_slips import can_creep
 from shakedown.long_term.creep_proofs import sliding_bodies
 from shakedown.motion.evolution import Evolution
@@ -228,6 +229,20 @@ def test_constant_forces_beyond_an_interval_make_a_joint_creep(seed):
             pushed = replace(swing, q_w=swing.q_w + g, q_mean=swing.q_mean + g)
             state = shakedown.long_term_state(pushed, 1.0, rng.normal(size=joint.n))
             assert (share > 1) == (state.outcome == Outcome.RATCHETTING or state.slides_away)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_body_slides_where_the_sum_of_its_loads_exceeds_that_of_its_limits(seed):
+    """Or where a node lifts off: slip, which changes no limit here, shares the loads out in any way."""
+    joint = drawn(seed, coupled=False)
+    loop = loading(joint)
+    q0, q1, limit0, limit1 = (
+        x.sum(axis=-1) for x in (loop.q0, loop.q1, joint.f * loop.p0, joint.f * loop.p1)
+    )
+    ends = [(limit0 - s * q0) / np.maximum(s * q1 - limit1, 1e-300) for s in (1.0, -1.0)]
+    lifted = loop.p0 / np.maximum(-loop.p1, 1e-300)
+    (body,) = sliding_bodies(joint)
+    assert body.gross_slip == pytest.approx(min(np.min(ends), lifted.min()))
 
 
 def test_creep_is_certain_between_the_sums_and_the_swing_of_a_node():

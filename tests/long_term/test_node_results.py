@@ -66,10 +66,13 @@ def settled(request):
 
 
 def test_works_add_up_to_the_dissipation_and_slips_are_those_of_the_state(settled):
-    _, state, nodes = settled
+    problem, state, nodes = settled
     total = state.friction_dissipation_per_cycle
     assert nodes.work.sum() == pytest.approx(total, rel=1e-13, abs=1e-300)
     assert (nodes.work >= -1e-12 * abs(total)).all()
+    assert problem.f * nodes.wear_volume == pytest.approx(
+        WEAR * nodes.work, rel=1e-9, abs=1e-12 * WEAR * total
+    )
     assert state.period * nodes.accumulated_slip == pytest.approx(state.slip_per_cycle, rel=1e-15)
 
 

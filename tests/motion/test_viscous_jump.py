@@ -170,6 +170,7 @@ def test_the_slide_is_the_one_that_small_steps_tend_to_and_the_law_holds_for_eve
     slide = steady_slide(joint, u, velocity, contact)
     assert slide is not None
     begun, speed = slide
+    assert steady_slide(joint, u, -velocity, contact) is None
     np.testing.assert_allclose(speed, velocity, atol=1e-5 * np.abs(velocity).max())
     for later in (0.0, 1e3):
         state = begun + later * speed
