@@ -84,7 +84,8 @@ def test_uniqueness_is_the_first_principal_minor_to_vanish(seed):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_what_is_said_of_many_nodes_encloses_what_all_sets_say(monkeypatch, seed):
-    problem, found = random_stiffness(np.random.default_rng(100 + seed), 4, normal=1e16), []
+    rng, found = np.random.default_rng(100 + seed), []
+    problem = replace(random_stiffness(rng, 4, normal=1e16), f=rng.uniform(0.1, 1.0, 4))
     for most in (3, 4):
         monkeypatch.setattr(friction_thresholds, "ALL_SUBSETS_UP_TO", most)
         monkeypatch.setattr(friction_thresholds, "LARGEST_SET", most)

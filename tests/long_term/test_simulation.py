@@ -108,6 +108,7 @@ def test_a_period_of_two_cycles_is_that_of_the_long_term_state(case, method):
     assert run.slip_per_cycle == pytest.approx(state.slip_per_cycle, rel=1e-6)
     near = 1e-9 if method == "event" else 0.03  # a load step that begins to slip has the reaction of its end
     assert run.dissipation_per_cycle == pytest.approx(state.dissipation_per_cycle, rel=near)
+    assert shakedown.node_results(run).work.sum() == pytest.approx(run.dissipation_per_cycle, rel=1e-9)
 
 
 @METHODS

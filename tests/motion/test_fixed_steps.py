@@ -82,6 +82,7 @@ def test_what_cannot_be_followed_stops_with_a_reason():
     free = FixedSteps(Problem(A=A, B=np.zeros((2, 4)), f=0.5, **loop), 1.0)
     assert free.cycle() is None
     assert free.stop.slides_away
+    assert not any(len(getattr(free.history, key)) for key in free.history.__dataclass_fields__)
     assert free.stop.reason == "the body slides away at load step 1"
     pulled = {"q_w": np.zeros((2, 4)), "p_w": [[1.0, 1.0], [1.0, -1.0]]}
     held = FixedSteps(Problem(A=np.eye(4), B=np.zeros((2, 4)), f=0.5, **pulled), 1.0)

@@ -104,6 +104,10 @@ def test_a_column_in_no_row_is_at_the_bound_where_its_cost_wants_it():
     found = solve(program)
     assert found.x == pytest.approx([2.0, 1.0, 0.0, -4.0])
     assert found.value == pytest.approx(-7.0)
+    idle = Program(
+        np.array([[1.0, 0.0]]), np.ones(1), cost=np.array([-1.0, 1.0]), lower=np.array([-1.0, -4.0])
+    )
+    assert Simplex(idle).at(np.arange(1)).x == pytest.approx([1.0, -4.0])
     assert max(residuals(found)) <= 1e-15
 
 

@@ -89,6 +89,12 @@ def test_statuses(drawn):
     still = replace(problem, **{key: getattr(problem, key).mean(axis=0)[None] for key in ("q_w", "p_w")})
     rest = energy_bound(still, energy_ball(still, 0.0).slip)
     assert (rest.status, rest.least_load_factor) == ("unbounded", 0.0)
+    loose = np.repeat([1.0, 0.0], problem.directions)  # slips of node 1 press node 0, and cost no energy
+    B, two = 0.2 * np.array([1.0 - loose, 0.0 * loose]), {"A": np.diag(loose), "f": 0.5, "C": None}
+    soft = Problem(**two, B=B, q_w=problem.q_w[:, : len(loose)], p_w=problem.p_w[:, :2])
+    assert energy_bound(soft).reason.startswith(
+        "node 0: a slip without tangential energy changes its pressure"
+    )
     floating = energy_bound(drawn(1, 3, floating=True))
     assert floating.status in ("optimal", "infeasible")
     assert len(floating.pinned) == problem.directions
