@@ -5,12 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from difficult_joints import floating_block
-from floating_joints import (
-    AGREES,
-    by_highs,
-    other_pins,
-    rational_joint,
-)
+from floating_joints import AGREES, by_highs, other_pins, rational_joint
 
 import shakedown
 from shakedown import Problem

@@ -209,8 +209,9 @@ def test_a_node_that_goes_round_a_circle():
 def test_the_works_add_up_and_files_have_the_components(tmp_path):
     problem = shakedown.example("four-node-3d")
     state = shakedown.long_term_state(problem, 1.5)
-    nodes = shakedown.node_results(state)
+    nodes = shakedown.node_results(state, wear_coefficient=1.0)
     assert nodes.work.sum() == pytest.approx(state.dissipation_per_cycle, rel=1e-9)
+    assert problem.f * nodes.wear_volume == pytest.approx(nodes.work, rel=1e-9)
     assert np.all(nodes.slip_range >= nodes.slip_range_of_directions.max(axis=1) * (1 - 1e-12))
     assert np.all(2 * nodes.slip_range <= nodes.accumulated_slip * (1 + 1e-9) + 1e-6)
     nodes.save(tmp_path / "nodes.csv")

@@ -149,24 +149,13 @@ def test_a_node_without_stiffness_bears_what_its_friction_does():
     assert shakedown.energy_bound(joint).load_factor == pytest.approx(0.8 / 0.5, rel=1e-9)
 
 
-def loaded(rng: np.random.Generator, kappa: np.ndarray) -> Problem:
-    """A joint in space of some stiffness under random loads."""
-    n = len(kappa) // 3
-    return Problem(
-        A=kappa[: 2 * n, : 2 * n],
-        B=kappa[2 * n :, : 2 * n],
-        f=0.4,
-        q_w=rng.normal(size=(6, 2 * n)),
-        p_w=4.0 + rng.normal(size=(6, n)),
-    )
-
-
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("seed", [11, 30])
 def test_nodes_without_stiffness_in_one_direction_have_a_share(seed):
     rng = np.random.default_rng(seed)
     root = rng.normal(size=(9, int(rng.integers(1, 6))))
-    joint = loaded(rng, root @ root.T)
+    kappa, loads = root @ root.T, {"q_w": rng.normal(size=(6, 6)), "p_w": 4.0 + rng.normal(size=(6, 3))}
+    joint = Problem(A=kappa[:6, :6], B=kappa[6:, :6], f=0.4, **loads)
     energy, upper = shakedown.energy_bound(joint, certify=False), shakedown.upper_bound(joint, certify=False)
     assert not energy.load_factor > upper.load_factor * (1 + 1e-9)
 
