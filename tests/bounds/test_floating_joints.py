@@ -8,6 +8,7 @@ from difficult_joints import floating_block
 from floating_joints import AGREES, by_highs, other_pins, rational_joint
 
 import shakedown
+from benchmarks.problems import in_units
 from shakedown import Problem
 from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.joint.rigid_slips import rigid_slips
@@ -133,6 +134,7 @@ def test_a_body_on_soft_springs_bears_what_melan_says_of_each_node(d, soft) -> N
     joint = Problem(
         A=A, B=np.zeros((2, 2 * d)), f=0.5, q_w=q_w, p_w=np.ones((4, 2)), stiffness_accuracy=1e-15
     )
+    joint = in_units(joint, np.array([0.25, 4.0]), np.array([4.0, 0.25]))
     bounds = shakedown.upper_bound(joint), shakedown.energy_bound(joint)
     assert [bound.load_factor for bound in bounds] == pytest.approx([0.5, 0.5], rel=1e-6)
     assert bounds[0].pinned == ()

@@ -10,6 +10,7 @@ from uncoupled_parts import joined
 import shakedown
 from benchmarks.bodies.bearing_ring import bearing_ring
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
+from benchmarks.problems import in_units
 from shakedown import Outcome, Problem
 from shakedown.ground.status import OPEN
 from shakedown.joint.constraints import loading
@@ -286,6 +287,11 @@ def test_a_rigid_slip_of_the_start_moves_the_box_of_a_held_node_with_it():
     moved, there = body.held_bound(np.array([5.2, 5.1]))
     assert moved == pytest.approx(held)
     assert there == pytest.approx(box + 5.0)
+    sizes = np.array([2.0, 0.25])  # units of lengths; a box is in units of the rigid slip
+    (body,) = sliding_bodies(in_units(PUSHED_ON, 1.0 / sizes, sizes))
+    other, scaled = body.held_bound(sizes * [0.2, 0.1])
+    assert other == pytest.approx(held)
+    assert scaled * body.z == pytest.approx(box * sizes)
 
 
 RING = shakedown.example("bearing-ring")

@@ -11,6 +11,7 @@ from shakedown.joint.constraints import loading
 from shakedown.joint.units import without_loads
 from shakedown.motion.checked_law import law_violation, scales
 from shakedown.motion.course import EventKind
+from shakedown.motion.event_history import path_violation
 from shakedown.motion.evolution import Evolution, evolve
 
 SEEDS = range(4)
@@ -139,6 +140,16 @@ def test_frictionless_node_follows_its_load_without_dissipation():
     assert np.abs(run.history.q).max() <= 1e-15
     assert run.cycles[-1].dissipation == pytest.approx(0.0, abs=1e-15)
     assert run.cycles[-1].slip == pytest.approx(4.0)
+
+
+def test_a_path_run_backwards_breaks_the_law():
+    """Its reactions are the same, and friction would push the slips on."""
+    problem = shakedown.example("two-node")
+    ahead = evolve(problem, 0.9, cycles=3).history
+    back = ahead.rows(np.arange(len(ahead))[::-1])
+    broken = [path_violation(problem, 0.9, shakedown.Tolerances(), path) for path in (ahead, back)]
+    assert broken[0] <= 1e-9
+    assert broken[1] > 0.01
 
 
 def test_a_motion_that_cannot_begin_has_an_empty_path():
