@@ -6,9 +6,10 @@ from joints import walking
 from joints_in_space import embedded
 
 import shakedown
+from shakedown.ground.constants import MANY_ROWS
 from shakedown.ground.status import Outcome
 from shakedown.long_term.motion_start import MotionStart
-from shakedown.long_term.space.followed_cycles import SearchRules
+from shakedown.long_term.space.followed_cycles import SearchRules, product
 from shakedown.long_term.space.steady_search import SteadySearch
 from shakedown.motion.checked_law import scales
 from shakedown.motion.evolution import Evolution
@@ -117,3 +118,11 @@ def test_the_search_finds_the_exact_long_term_state(name):
                 assert found.period == exact.period
                 off = 8 * problem.n * scale.force * found.error
                 assert found.dissipation_per_cycle == pytest.approx(exact.dissipation_per_cycle, abs=off)
+
+
+@pytest.mark.parametrize("moved", [[], [3], [3, 90], range(40, 90), range(10, 118)])
+def test_products_of_the_places_that_change_are_whole_products(moved):
+    rng, changes = np.random.default_rng(0), np.zeros((3, 120))
+    root, places = rng.normal(size=(MANY_ROWS + 1, 120)), list(moved)
+    changes[:, places] = rng.normal(size=(3, len(places)))
+    np.testing.assert_allclose(product(root, changes), changes @ root.T, rtol=0.0, atol=1e-12)
