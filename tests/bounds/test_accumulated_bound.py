@@ -99,21 +99,17 @@ def followed(rng: np.random.Generator, problem: Problem, load_factor: float, sli
     return runs
 
 
-def example(name: str, **changes: object) -> Problem:
-    return replace(shakedown.example(name), **changes)
-
-
 @pytest.mark.parametrize(
     ("problem", "share", "accuracy"),
     [
-        (example("three-node"), 0.540, 5e-4),
-        (example("pair-cycle"), 0.540, 5e-4),
-        (example("two-node", load_path="domain"), 0.7316 / 0.7391456, 1e-4),
+        (shakedown.example("three-node"), 0.540, 5e-4),
+        (shakedown.example("pair-cycle"), 0.540, 5e-4),
+        (replace(shakedown.example("two-node"), load_path="domain"), 0.7316 / 0.7391456, 1e-4),
         (floating_block(9, 0.3), 0.987, 1e-3),
         (floating_block(9, 0.5), 0.857, 1e-3),
         (floating_block(9, 0.8), 0.733, 1e-3),
-        (example("one-node-3d"), 0.95 * 0.998, 6e-3),
-        (example("four-node-3d"), 0.94 * 0.878, 6e-3),
+        (shakedown.example("one-node-3d"), 0.95 * 0.998, 6e-3),
+        (shakedown.example("four-node-3d"), 0.94 * 0.878, 6e-3),
     ],
 )
 def test_cited_values(problem: Problem, share: float, accuracy: float) -> None:

@@ -9,6 +9,7 @@ import pytest
 from difficult_joints import floating_joint
 
 import shakedown
+from benchmarks.problems import in_units
 from shakedown import Problem
 from shakedown.bounds.coupling import (
     coupling,
@@ -53,19 +54,13 @@ def test_no_cyclic_slip_below_a_proved_bound(seed: int) -> None:
     assert found.outcome[0] == "shakedown"
 
 
-def influence_of(problem: Problem) -> np.ndarray:
-    found = relaxed(problem.A, problem.law.limit_rows(problem.B))
-    assert found is not None
-    return np.abs(found)
-
-
 @pytest.mark.parametrize("strength", [0.2, 0.5, 1.5])
 @pytest.mark.parametrize("seed", range(4))
 def test_coupling_ratio_is_the_largest_spectral_radius_of_any_choice_of_sides(
     seed: int, strength: float
 ) -> None:
     problem = coupled_joint(seed, 4, strength)
-    found, N = coupling(problem), influence_of(problem)
+    found, N = coupling(problem), np.abs(relaxed(problem.A, problem.law.limit_rows(problem.B)))
     choices = (N[list(sides), range(4)] for sides in product((0, 1), repeat=4))
     largest = max(np.abs(np.linalg.eigvals(chosen)).max() for chosen in choices)
     assert found.ratio == pytest.approx(largest, rel=1e-10)
@@ -169,6 +164,7 @@ def test_below_the_first_collapse_every_state_shakes_down(seed: int) -> None:
     bound = shakedown.universal_bound(problem)
     assert bound.argument == "differences"
     assert 0 < bound.load_factor <= bound.first_collapse
+    assert shakedown.universal_bound(in_units(problem, 2.0**-40, 1.0)).load_factor == bound.load_factor
     slips = rng.normal(size=(60, 4))
     size = np.abs(problem.q_w).max() / np.abs(problem.A).max()
     found = shakedown.long_term_states(problem, 0.999 * bound.load_factor, size * slips)

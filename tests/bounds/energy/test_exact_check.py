@@ -32,10 +32,8 @@ def test_strictly():
     assert exact.holds(np.nextafter(1.5, 0), np.zeros(1), 1e300)
     assert not exact.holds(1.5, np.zeros(1), 0.0)
     space = Problem(A=np.eye(2), B=[[2.0, 0.0]], f=0.5, q_w=[[3.0, 4.0]], p_w=[[12.0]])  # f p = |q| + f γ
-    assert [ExactBall(space, np.zeros((1, 2))).holds(1.0, np.zeros(2), R) for R in (0.999, 1)] == [
-        True,
-        False,
-    ]
+    within, touching = (ExactBall(space, np.zeros((1, 2))).holds(1.0, np.zeros(2), R) for R in (0.999, 1))
+    assert (within, touching) == (True, False)
     near = 1.0 - 2.0**-50  # eigenvalues of A: 2⁻⁵⁰, of the size of round-off, and 2
     assert not ExactBall(replace(TWO, A=[[1.0, near], [near, 1.0]]), NONE).regular
 
