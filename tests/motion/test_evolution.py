@@ -84,7 +84,7 @@ def test_gauss_seidel_comes_nearer_with_finer_load_steps(name):
     start = None if problem.initial_slip is None else problem.initial_slip[0]
     exact = shakedown.long_term_state(problem, load_factor, start)
     errors = []
-    for parts in (1, 2, 4, 8):
+    for parts in (1, 8):
         run = shakedown.simulate(split(problem, parts), load_factor, start, method="gauss-seidel", cycles=300)
         errors.append(np.abs(run.slip_per_cycle - exact.slip_per_cycle).max())
     size = exact.slip_per_cycle.max()
