@@ -56,9 +56,12 @@ def write(folder, upper, lower, cut=None):
 
 
 def configuration(folder, contact, *more, loads=LOADS, job="job", friction=0.4, name="import.toml"):
-    """The configuration of an import of them; ``contact`` the lines of its table, ``more`` other tables."""
+    """The configuration of an import of them; ``contact`` the lines of its table or of several, ``more`` other tables."""
     text = f'friction = {friction}\nunits = "N, mm"\n[model]\nfile = "{job}.inp"\n[stiffness]\nfile = "{job}.sti"\n'
-    (folder / name).write_text("\n".join([text, "[contact]", contact, *more, loads]))
+    patches = (
+        [f"[contact]\n{contact}"] if isinstance(contact, str) else [f"[[contact]]\n{own}" for own in contact]
+    )
+    (folder / name).write_text("\n".join([text, *patches, *more, loads]))
     return folder / name
 
 

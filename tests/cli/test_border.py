@@ -97,7 +97,14 @@ def test_a_date_that_libraries_end_at_is_one_line(monkeypatch, value):
 
 def test_threads_that_numba_ends_at_are_one_line(monkeypatch):
     monkeypatch.setenv("NUMBA_NUM_THREADS", "0")
-    refused("simulate", "one-node", "--load-factor", "1", cwd=".", message="a whole number from 1 to")
+    refused(
+        "simulate",
+        "one-node",
+        "--load-factor",
+        "1",
+        cwd=".",
+        message="a whole number from 1 to 2147483647, found '0'",
+    )
 
 
 @pytest.mark.parametrize("words", [["--help"], ["solve", "two-node", "--json"]])
@@ -217,12 +224,6 @@ def test_keys_and_paths_in_messages_are_short_and_not_obeyed(tmp_path):
             "simulate", "one-node", "--load-factor", "1", "--initial", name, cwd=tmp_path, message="--initial"
         )
         refused("simulate", "one-node", f"--{name}", cwd=tmp_path, message="No such option")
-
-
-@pytest.mark.parametrize("initial", ["given:" + "7" * 5000, "given:-1", "given:1.5", "given:²", "witness:3x"])
-def test_odd_state_numbers(tmp_path, initial):
-    words = ("simulate", "three-node", "--load-factor", "1", "--initial", initial)
-    refused(*words, cwd=tmp_path, message="--initial: expected zero, given, given:K")
 
 
 # odd files -------------------------------------------------------------------------------------------

@@ -1,5 +1,7 @@
-"""The command: JSON fields, exit codes, one line for every error, 80 columns, light imports."""
+"""The command: JSON fields, exit codes, labels and units, one line for every error, 80 columns, light imports."""
 
+import dataclasses
+import inspect
 import json
 import os
 import re
@@ -10,10 +12,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from command import document, refused, run
+from command import document, run
 
 import shakedown
 from shakedown.cli.run import shakedown_bounds
+from shakedown.report.facts import notes
 
 
 def test_solve_has_every_field():
@@ -173,45 +176,23 @@ def test_infinite_and_undefined_numbers_are_written_as_agreed(tmp_path):
     assert result["friction"]["single_node"] == ["inf"]
 
 
-BAD = {
-    "no file": (["solve", "nothing.npz"], "no such file"),
-    "no name": (["solve", "nothing"], "no built-in problem"),
-    "no command": (["dissolve"], "No such command 'dissolve'"),
-    "unknown option": (["solve", "two-node", "--fast"], "No such option"),
-    "load factor a word": (["simulate", "two-node", "--load-factor", "big"], "not a valid float"),
-    "load factor negative": (
-        ["simulate", "two-node", "--load-factor", "-1"],
-        "expected a finite number >= 0, found -1",
-    ),
-    "no given state": (
-        ["simulate", "two-node", "--load-factor", "1", "--initial", "given"],
-        "found given, of a problem with 0 given states",
-    ),
-    "given state too high": (
-        ["simulate", "three-node", "--load-factor", "1", "--initial", "given:7"],
-        "found given:7, of a problem with 1 given states",
-    ),
-    "report that is no page": (["verify", "one-node", "-o", "x.pdf"], "the name of an HTML file (.html)"),
-    "report that is its own JSON": (["verify", "one-node", "-o", "r.json"], "the JSON goes beside it"),
-    "no safe state there": (
-        ["simulate", "two-node", "--load-factor", "1", "--initial", "safe"],
-        "does not exist",
-    ),
-    "example unknown": (["example", "five-node"], "no built-in problem 'five-node'"),
-    "report folder absent": (["verify", "one-node", "-o", "none/r.html"], "cannot be written"),
-}
-
-
-@pytest.mark.parametrize("kind", BAD)
-def test_bad_usage_is_one_line_and_exit_code_2(tmp_path, kind):
-    words, message = BAD[kind]
-    refused(*words, cwd=tmp_path, message=message)
-
-
 @pytest.mark.parametrize("name", ["three-node", "receding-block", "jump", "four-node-3d"])
 def test_output_fits_80_columns(name):  # of solve: test_proved.py
     _, out, _ = run("simulate", name, "--load-factor", "1")
     assert max(map(len, out.splitlines()), default=0) <= 80
+
+
+CALLED = {"critical": "critical_load_factors", "map": "initial_state_map", "solve": "energy_bound"}
+
+
+@pytest.mark.parametrize("name", [*CALLED, "damping", "refine", "simulate", "sweep", "verify"])
+def test_numbers_that_are_not_given_are_those_of_the_library(name):
+    parameters = inspect.signature(getattr(shakedown, CALLED.get(name, name))).parameters.values()
+    theirs = {each.name: each.default for each in parameters if type(each.default) in (int, float)}
+    given = {each.name: each.default for each in shakedown_bounds.commands[name].params}
+    shared = {key for key in theirs.keys() & given.keys() if type(given[key]) in (int, float)}
+    assert shared
+    assert {key: given[key] for key in shared} == {key: theirs[key] for key in shared}
 
 
 def test_help_is_short_and_complete():
@@ -265,3 +246,72 @@ def test_public_names_load_at_once_where_the_environment_asks_for_it():
         words, env={**os.environ, "EAGER_IMPORT": "1"}, capture_output=True, text=True, check=False
     )
     assert (done.stdout, done.stderr) == ("True\n", "")
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("labels") / "named.npz"
+    joint = dataclasses.replace(shakedown.example("two-node"), label=["4711/12", "4712/13"], units="N, mm")
+    shakedown.save_problem(path, joint)
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("words", "shown"),
+    [
+        (["solve", "--details"], ["4712/13", "safe slip [mm]", "critical slip [mm]", "node 1 (FE 4712/13)"]),
+        (["critical"], ["1 (FE 4712/13) backward", "slip there [mm]"]),
+        (["simulate", "--load-factor", "0.9"], ["4712/13", "final [mm]", "N mm"]),
+        (["verify", "--random", "0", "--details"], ["node 1 (FE 4712/13)", "Σ|Δv| [mm]"]),
+    ],
+    ids=lambda value: value[0],
+)
+def test_nodes_have_their_labels_and_numbers_their_units(file, words, shown):
+    _, out, _ = run(words[0], file, *words[1:])
+    unwrapped = " ".join(out.split())
+    for text in shown:
+        assert text in unwrapped
+    assert max(map(len, out.splitlines())) <= 80
+
+
+def test_round_off_is_shown_as_zero_and_kept_in_the_json():
+    _, out, _ = run("simulate", "jump", "--load-factor", "1")
+    lines = out.splitlines()
+    assert [line.split()[-1] for line in lines if "dissipation per cycle" in line] == ["0"]
+    assert "e-15" not in out
+    assert document("simulate", "jump", "--load-factor", "1")["dissipation_per_cycle"] < 1e-12
+
+
+@pytest.mark.parametrize("command", ["solve", "critical", "simulate", "verify", "import", "example"])
+def test_every_command_says_what_its_exit_codes_mean(command):
+    _, out, _ = run(command, "--help")
+    assert "Exit codes: 0 " in out
+
+
+A = np.array([[4.0, -1.0, 0.0], [-1.0, 4.0, -1.0], [0.0, -1.0, 4.0]])
+
+
+@pytest.fixture(scope="module")
+def apart(tmp_path_factory):
+    path = tmp_path_factory.mktemp("apart") / "apart.npz"
+    q_w = 100.0 * np.outer(np.sin(2 * np.pi * np.arange(8) / 8), np.ones(3))
+    p_w = np.full((8, 3), -300.0)
+    shakedown.save_problem(path, shakedown.Problem(A=A, B=0.3 * np.eye(3), C=A, f=0.4, q_w=q_w, p_w=p_w))
+    return str(path)
+
+
+@pytest.mark.parametrize("words", ["simulate", "nodes"])
+def test_the_sign_or_a_gap_is_asked_for_once_before_the_first_sentence(apart, words):
+    code, out, _ = run(words, apart, "--load-factor", "1")
+    assert code == 0
+    before, _, after = out.partition(notes.apart)
+    assert "Is its sign right? Or does an initial gap stay open?" in " ".join(before.split())
+    assert "Is the sign" not in after
+
+
+def test_verification_asks_once_for_the_sign_and_says_why(apart):
+    code, out, _ = run("verify", apart, "--details")
+    assert code == 0
+    assert notes.apart in out
+    assert " ".join(out.split()).count("Is its sign right?") == 1
+    assert "Is the sign" not in out

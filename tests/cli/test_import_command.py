@@ -1,8 +1,7 @@
 """`shakedown-bounds import`: the file it writes, its JSON, one line for every error."""
 
 import numpy as np
-import pytest
-from command import document, refused, run
+from command import document, run
 from model_files import BLOCK
 
 import shakedown
@@ -24,24 +23,6 @@ def test_import_writes_the_problem_and_says_where_it_came_from(tmp_path):
     assert result["rows"] == {"contact": 18, "condensed": 0, "held": 0}
     assert (result["zero_modes"], result["notes"]) == (0, [])
     assert result["static_run"] < 2e-6
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["absent.toml", "-o", "b.npz"], "absent.toml: no such file"),
-        ([str(BLOCK / "block.npz"), "-o", "b.npz"], "expected a TOML file"),
-        ([str(BLOCK / "import.toml")], "Missing option '-o'"),
-        ([], "Missing argument 'CONFIG.toml'"),
-        (["--template", "example"], "expected -o FOLDER"),
-        (["c.toml", "--template", "abaqus"], "expected no CONFIG.toml"),
-        (["--template", "abaqus", "-o", "no/such/c.toml"], "cannot be written"),
-        ([str(BLOCK / "import.toml"), "--check", "--picture", "p.png"], "expected coordinates"),
-        ([str(BLOCK / "import.toml"), "-o", "no/such/folder/b.npz"], "cannot be written"),
-    ],
-)
-def test_errors_are_one_line_with_exit_code_2(tmp_path, words, message):
-    refused("import", *words, cwd=tmp_path, message=message)
 
 
 def test_a_template_is_shown_or_written_once(tmp_path):

@@ -1,9 +1,12 @@
-"""Elastic bodies: patch test, rigid motions, laws of elasticity, meshes from files."""
+"""Elastic bodies: patch test, rigid motions, laws of elasticity, meshes from files, what problems tell of their origin."""
 
+import hashlib
+import json
 import subprocess
 import sys
-from functools import cache
+from dataclasses import replace
 
+import meshlane
 import numpy as np
 import pytest
 from bodies import STEEL, pair
@@ -12,6 +15,7 @@ from hypothesis import strategies as st
 
 import shakedown
 from benchmarks.bodies.blocks import shipped_blocks
+from benchmarks.bodies.classical import press_fit
 from benchmarks.refinement import brick
 from shakedown import ProblemError
 from shakedown.fem import (
@@ -27,13 +31,9 @@ from shakedown.fem import (
     read_mesh,
 )
 
-BLOCKS = cache(shipped_blocks)
-
 
 def distorted(nx=4, ny=3, seed=0):
     """A block whose inner nodes have been moved."""
-    from dataclasses import replace
-
     mesh = block_mesh(2.0, 1.0, nx, ny)
     p = mesh.p.copy()
     inner = mesh.interior_nodes()
@@ -260,36 +260,25 @@ def test_decks_are_read_as_an_import_reads_them(tmp_path):
     ],
 )
 def test_unusable_meshes_are_named(tmp_path, name, text, message):
-    path = tmp_path / name
-    if text is not None:
-        path.write_text(text)
+    (tmp_path / name).write_text(text)
     with pytest.raises(ProblemError, match=message):
-        read_mesh(path)
+        read_mesh(tmp_path / name)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "receding-block",
-        "cantilevered-block",
-        "press-fit",
-        "cylinder-on-flat",
-        "bolted-flange",
-        "blade-root",
-        "bearing-ring",
-    ],
-)
-def test_shipped_blocks_are_made_again(name):
+def test_shipped_blocks_are_made_again():
     """Every number, to round-off of stiffness and reactions: what vanishes by symmetry is nothing else."""
-    shipped, made = shakedown.example(name), BLOCKS()[name]
-    assert (shipped.name, shipped.units) == (made.name, made.units)
-    for keys in (("A", "B", "C"), ("q_w", "p_w", "q_transient", "p_transient"), ("f",), ("x",)):
-        parts = [(getattr(shipped, key), getattr(made, key)) for key in keys]
-        size = max(np.abs(expected).max() for _, expected in parts if expected is not None)
-        for key, (found, expected) in zip(keys, parts, strict=True):
-            assert (found is None) == (expected is None)
-            if expected is not None:
-                np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * size, err_msg=key)
+    for name, made in shipped_blocks().items():
+        shipped = shakedown.example(name)
+        assert (shipped.name, shipped.units) == (made.name, made.units)
+        for keys in (("A", "B", "C"), ("q_w", "p_w", "q_transient", "p_transient"), ("f",), ("x",)):
+            parts = [(getattr(shipped, key), getattr(made, key)) for key in keys]
+            size = max(np.abs(expected).max() for _, expected in parts if expected is not None)
+            for key, (found, expected) in zip(keys, parts, strict=True):
+                assert (found is None) == (expected is None), (name, key)
+                if expected is not None:
+                    np.testing.assert_allclose(
+                        found, expected, rtol=0, atol=1e-12 * size, err_msg=f"{name}: {key}"
+                    )
 
 
 def test_without_scikit_fem_the_import_says_what_to_install():
@@ -300,3 +289,61 @@ def test_without_scikit_fem_the_import_says_what_to_install():
 
 def test_a_body_of_one_layer_of_elements_is_no_sub_block():
     assert brick(3, 0.3).n == 16
+
+
+def clamped(shear=12.0, **more):
+    mesh, pushed = (
+        block_mesh(23.0, 8.0, 23, 8),
+        Traction("top", (shear, 0.0), history=lambda t: np.sin(2 * np.pi * t)),
+    )
+    loads = [Pressure("top", 60.0, history=1.0), pushed]
+    body = ElasticBody(mesh, Material(210e3, 0.3), loads=loads, thickness=10.0, **more)
+    return contact_problem(body, "bottom", 0.5, steps=24)
+
+
+def told(problem):
+    return json.loads(problem.source)
+
+
+def test_material_mesh_loads_and_contact_are_told():
+    source = told(clamped())
+    assert source["toolkit"].startswith("shakedown-bounds ")
+    assert (source["made_by"], source["friction"], source["steps"], source["gap"]) == (
+        "shakedown.fem.contact_problem", 0.5, 24, "none",
+    )  # fmt: skip
+    (body,) = source["bodies"]
+    assert (body["contact"], body["plane"], body["thickness"]) == ("bottom", "strain", 10.0)
+    assert body["materials"] == {"whole body": {"young": 210e3, "poisson": 0.3}}
+    assert body["mesh"] == {
+        "elements": 184, "nodes": 216, "type": "ElementQuad1", "x": [0.0, 23.0], "y": [0.0, 8.0],
+    }  # fmt: skip
+    assert body["loads"] == [
+        {"kind": "Pressure", "history": 1.0, "boundary": "top", "value": 60.0},
+        {"kind": "Traction", "history": "a function", "boundary": "top",
+         "value": [12.0, 0.0]},
+    ]  # fmt: skip
+
+
+def test_the_same_joint_has_the_same_source_and_another_magnitude_another():
+    assert clamped().source == clamped().source
+    assert clamped().source != clamped(shear=12.5).source
+    assert told(clamped(order=2))["bodies"][0]["mesh"]["type"] == "ElementQuad2"
+
+
+def test_the_file_of_a_mesh_is_told_with_its_digest(tmp_path):
+    mesh, path = block_mesh(2.0, 1.0, 4, 2), tmp_path / "block.med"
+    sets = {name: np.unique(mesh.facets[:, facets]) for name, facets in mesh.boundaries.items()}
+    points = np.column_stack([mesh.p.T, np.zeros(mesh.nvertices)])
+    meshlane.write(path, meshlane.Mesh(points, [("quad", mesh.t.T)], point_sets=sets))
+    keys = {key.lower(): key for key in read_mesh(path).boundaries}
+    press = Pressure(keys["top"], 2.0, history=1.0)
+    made = contact_problem(
+        ElasticBody(read_mesh(path), Material(1.0, 0.3), loads=[press]), keys["bottom"], 0.5
+    )
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    assert told(made)["files"] == [{"name": "block.med", "sha256": digest}]
+
+
+@pytest.mark.parametrize("make", [clamped, press_fit])
+def test_no_address_of_a_function_is_told(make):
+    assert " at 0x" not in make().source

@@ -22,21 +22,8 @@ WITH_VALUE = {
     "--distance", "--require",
 }  # fmt: skip
 FILES = [
-    "p.npz",
-    "v.npy",
-    "one-node",
-    "uncoupled",
-    "s.npz",
-    "text",
-    "",
-    ".",
-    "-",
-    "none.npz",
-    "nobody",
-    "pipe",
-    "link",
-    "c.toml",
-]
+    "p.npz", "v.npy", "one-node", "uncoupled", "s.npz", "text", "", ".", "-", "none.npz", "nobody", "pipe", "link", "c.toml",
+]  # fmt: skip
 ENDLESS = ("pipe", "link")  # left out where a reader of another subpackage opens the file
 VALUES = [
     "0", "1", "0.5", "-1", "1e300", "1e308", "1e400", "-0", "nan", "inf", "-inf", "5e-324", "0x10", "1_000", "٣", "²",

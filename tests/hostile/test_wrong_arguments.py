@@ -1,6 +1,7 @@
 """Arguments of a wrong kind, to every public function: one line, never a traceback, never a wrong answer."""
 
 import inspect
+import re
 import typing
 import warnings
 from decimal import Decimal
@@ -13,7 +14,9 @@ from public_names import public
 
 import shakedown
 from shakedown import ShakedownError, Tolerances, UsageError
+from shakedown.bounds.critical import subset_count
 from shakedown.bounds.independent_solver import conic_upper_bound
+from shakedown.motion.evolution import evolve
 
 JOINT = shakedown.example("two-node")
 GIVEN = {
@@ -174,25 +177,33 @@ def outcome(name, argument, value):
         return str(error)
 
 
-@pytest.mark.parametrize(
-    ("call", "said"),
-    [
-        (lambda: shakedown.verify(JOINT, load_factors=[None]), "load factors: expected several numbers"),
-        (lambda: shakedown.verify(JOINT, random_states=True), "random states: expected a whole number"),
-        (lambda: shakedown.verify(JOINT, random_states=2**62), "random states: expected 0 to 1,000,000"),
-        (
-            lambda: shakedown.initial_state_map(JOINT, 1e308, states=8),
-            "load factor: expected reactions up to",
-        ),
-        (lambda: shakedown.simulate(JOINT, 0.5, tolerances=None), "tolerances: expected a Tolerances, found"),
-        (lambda: conic_upper_bound(JOINT, open_nodes=count()), "expected several whole numbers"),
-    ],
-)
-def test_what_was_no_line(call, said):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        with pytest.raises(UsageError, match=said):
-            call()
+MASKED = np.ma.array([[1.0]], mask=[[True]])
+WRONG = [
+    (lambda: shakedown.simulate(JOINT, 0.5, "nought"), "initial slip: expected numbers or one of zero, given, .* found 'nought'"),
+    (lambda: shakedown.simulate(JOINT, 0.5, [0, 1j]), r"initial slip: expected real numbers, found \[0, 1j\]"),
+    (lambda: shakedown.simulate(JOINT, 1e308), r"load factor: expected reactions up to 1e\+100, found 1e\+308"),
+    (lambda: shakedown.simulate(JOINT, 0.5, tolerances=None), "tolerances: expected a Tolerances, found"),
+    (lambda: shakedown.safe_slip(JOINT, None), "load factor: expected a number, found None"),
+    (lambda: shakedown.long_term_state(JOINT, 0.5, longest_period=0), "longest_period: expected a whole number from 1"),
+    (lambda: evolve(JOINT, 0.5, damping=[-1.0] * 4), "damping: expected 4 positive numbers"),
+    (lambda: shakedown.verify(JOINT, seed=-1), "seed: expected a whole number >= 0, found -1"),
+    (lambda: shakedown.verify(JOINT, seed="a"), "seed: expected a whole number, found 'a'"),
+    (lambda: shakedown.verify(JOINT, load_factors=[None]), "load factors: expected several numbers"),
+    (lambda: shakedown.verify(JOINT, random_states=True), "random states: expected a whole number"),
+    (lambda: shakedown.verify(JOINT, random_states=2**62), "random states: expected 0 to 1,000,000"),
+    (lambda: shakedown.initial_state_map(JOINT, 1e308, states=8), "load factor: expected reactions up to"),
+    (lambda: shakedown.critical_load_factors(JOINT, threads=-1), "threads: expected a whole number >= 1, found -1"),
+    (lambda: conic_upper_bound(JOINT, open_nodes=count()), "expected several whole numbers"),
+    (lambda: subset_count(-1), "n: expected a number of nodes from 0 to 10,000, found -1"),
+    (lambda: shakedown.load_problem(None), "path: expected text or a path, found None"),
+    (lambda: shakedown.load_problem(""), "^: no such file"),
+    (lambda: shakedown.Problem(A=MASKED, B=[[0.0]], f=0.3, q_w=[[1.0]], p_w=[[1.0]]), "key 'A': expected every number, found masked"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("call", "said"), WRONG)
+def test_what_is_refused_is_said_in_one_line(call, said):
+    assert re.search(said, line_of(call, {}) or "answered")
 
 
 SPACE = shakedown.example("two-node-3d")

@@ -130,8 +130,8 @@ MALFORMED = {
     "negative f": ({"f": np.array([0.1, -0.2])}, "friction coefficients >= 0, found -0.2 at node 1"),
     "A not symmetric": ({"A": np.array([[3.0, 1.0], [1.1, 2.0]])}, "A[0,1] = 1 but A[1,0] = 1.1"),
     "A indefinite": (
-        {"A": np.diag([1.0, -1.0]), "C": None},
-        "key 'A': expected a positive semi-definite matrix",
+        {"A": np.diag([4.0, -2.0]), "C": None},
+        "key 'A': expected a positive semi-definite matrix, found the eigenvalue -2",
     ),
     "kappa indefinite": ({"B": 10 * np.eye(2)}, "positive semi-definite, in one unit, found the eigenvalue"),
     "name a number": ({"name": np.array(3.0)}, "key 'name': expected one text string"),

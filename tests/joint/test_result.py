@@ -221,7 +221,7 @@ def test_is_json_and_a_table(name):
 def test_a_table_of_nodes_names_them():
     block = dataclasses.replace(shakedown.example(LARGEST), label=[f"P{i}" for i in range(33)])
     table = made("simulation").to_frame(block)
-    assert table.index.name == "node"
+    assert (table.index.name, table.columns[0]) == ("node", "label")
     assert table["label"].iloc[[0, -1]].tolist() == ["P0", "P32"]
     assert np.array_equal(table["slip_per_cycle"], made("simulation").slip_per_cycle)
     assert shakedown.lower_bound(
@@ -242,7 +242,17 @@ def test_a_missing_pandas_is_said_in_one_line(monkeypatch):
         made("upper").to_frame()
 
 
+@pytest.mark.parametrize(
+    ("values", "words"), [([0.1], "0.1"), ([0.1, 0.2], "0.1 … 0.2 (2)"), ([1, 3, 9], "1 … 9 (3)")]
+)
+def test_a_sweep_shows_its_grid(values, words):
+    found = dataclasses.replace(made("sweep"), values=(np.array(values),))
+    assert repr(found) == f"Sweep('two-node system (5.3.1)', f = {words}, bounds=upper)"
+
+
 def test_problems_and_tolerances_are_short():
-    assert repr(shakedown.example("two-node")) == "<Problem 'two-node system (5.3.1)', n=2, m=50>"
+    assert repr(two()) == "<Problem 'two-node system (5.3.1)', n=2, m=50>"
+    long = dataclasses.replace(two(), name="n" * 100, units="u" * 50)
+    assert repr(long) == f"<Problem '{'n' * 29}…{'n' * 29}', n=2, m=50, '{'u' * 9}…{'u' * 9}'>"
     assert repr(shakedown.Tolerances()) == "Tolerances()"
     assert repr(shakedown.Tolerances(limit=1e-12)) == "Tolerances(limit=1e-12)"

@@ -1,15 +1,19 @@
-"""What leads from a node back to the model it came from: kept, checked, and taken along."""
+"""What leads from a joint back to its model, and what its loads are: kept, checked, taken along, said in words."""
 
 import dataclasses
 import json
+from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
 import shakedown
-from shakedown import Problem, ProblemError, save_problem
-from shakedown.joint.constraints import with_initial_gap
+from shakedown import LoadCase, Problem, ProblemError, condense, load_problem, save_problem
+from shakedown.joint.constraints import loading, with_initial_gap
 from shakedown.joint.contact_zone import contact_zone
+from shakedown.joint.units import loads_in_words, units_at, units_of
+from shakedown.report.data_facts import headline, joint_facts
 from shakedown.studies.design_point import with_parameter
 
 SOURCE = json.dumps(
@@ -105,3 +109,150 @@ def test_equality_sees_every_field_and_never_raises(key):
     assert traced() != other
     assert other != traced()
     assert traced() != "two-node"
+
+
+JOINT = shakedown.example("two-node")
+DOMAIN = replace(JOINT, load_path="domain")
+
+
+def test_a_loop_is_the_default_and_leaves_no_key(tmp_path):
+    assert (JOINT.load_path, JOINT.is_domain) == ("loop", False)
+    save_problem(tmp_path / "loop.npz", JOINT)
+    with np.load(tmp_path / "loop.npz") as file:
+        assert "load_path" not in file.files
+    assert "load_path" not in JOINT.to_dict()
+
+
+def test_round_off_of_the_mean_of_a_constant_load_is_no_load():
+    constant = Problem(A=[[1.0]], B=[[0.0]], f=0.5, q_w=[[0.1]] * 3, p_w=[[0.7]] * 3)
+    assert (constant.q_w != constant.q_w.mean(axis=0)).any()
+    loop = loading(constant)
+    assert not loop.q1.any()
+    assert not loop.p1.any()
+
+
+def test_a_domain_survives_the_round_trip(tmp_path):
+    save_problem(tmp_path / "domain.npz", DOMAIN)
+    again = load_problem(tmp_path / "domain.npz")
+    assert again == DOMAIN != JOINT
+    assert again.is_domain
+    assert again.to_dict()["load_path"] == "domain"
+    assert "load domain" in repr(again)
+    assert again.fingerprint != JOINT.fingerprint
+
+
+def test_parts_of_a_joint_keep_it():
+    assert contact_zone(DOMAIN, [1]).joint.is_domain
+
+
+def test_loads_with_ranges_make_a_domain_and_histories_a_loop():
+    K, dofs = np.diag(np.full(4, 5.0)) - 1.0, [(n, d) for n in (1, 2) for d in (1, 2)]
+
+    def made(*loads: LoadCase) -> Problem:
+        return condense(K, dofs, [1], [0, 1], loads, 0.3, fixed=[2, 3], allow_sparse=True)
+
+    dead, force = LoadCase(history=1.0, force=[0.0, -9.0, 0.0, 0.0]), [1.0, 0.0, 0.0, 0.0]
+    assert made(dead, LoadCase(range=(-1, 1), force=force)).load_path == "domain"
+    assert made(dead, LoadCase(history=[-1, 1], force=force)).load_path == "loop"
+
+
+def joint(names, means, amplitudes, units=None):
+    loads = {"load_names": names, "load_mean": means, "load_amplitude": amplitudes, "load_units": units}
+    return dataclasses.replace(shakedown.example("two-node"), **loads)
+
+
+AXIAL = joint(["bolt preload", "axial load"], [12, 20], [0, 20], ["kN", "kN"])
+
+
+@pytest.mark.parametrize(
+    ("load_factor", "rounding", "words"),
+    [
+        (1.0, "nearest", "axial load 20 ± 20 kN; bolt preload 12 kN, unchanged"),
+        (1.27, "up", "axial load 20 ± 25.4 kN; bolt preload 12 kN, unchanged"),  # and not 25.41: it is exact
+        (1.2749, "down", "axial load 20 ± 25.49 kN; bolt preload 12 kN, unchanged"),
+        (1.2701, "up", "axial load 20 ± 25.41 kN; bolt preload 12 kN, unchanged"),
+        (0.0, "down", "axial load 20 ± 0 kN; bolt preload 12 kN, unchanged"),
+        (np.inf, "up", "axial load 20 kN with any amplitude; bolt preload 12 kN, unchanged"),
+        (np.nan, "up", ""),
+    ],
+)
+def test_lambda_scales_the_amplitude_only(load_factor, rounding, words):
+    assert loads_in_words(AXIAL, load_factor, rounding) == words
+
+
+def test_rounded_numbers_stay_on_the_safe_side():
+    """What is safe is never said to be larger than it is, what is impossible never smaller."""
+    rng = np.random.default_rng(1)
+    for exponent, value in zip(rng.uniform(-8, 8, 60), rng.uniform(1, 10, 60), strict=True):
+        amplitude = float(value * 10**exponent)
+        load_factor = float(rng.uniform(0.01, 3))
+        exact = Fraction(repr(load_factor)) * Fraction(repr(amplitude))
+        one = joint(["load"], [0.0], [amplitude], ["N"])
+        down, up = (
+            Fraction(loads_in_words(one, load_factor, way).removeprefix("load ± ").removesuffix(" N"))
+            for way in ("down", "up")
+        )
+        assert down <= exact <= up
+        assert exact * Fraction(98, 100) < down
+        assert up < exact * Fraction(102, 100)
+
+
+@pytest.mark.parametrize(
+    ("units", "stress"),
+    [
+        *((units, "GPa") for units in ("mN, um", "mN, µm", "kN, mm", "GN, m")),
+        *((units, "MPa") for units in ("N, mm", "MN, m")),
+        *((units, "kPa") for units in ("kN, m", "GN, km")),
+        *(
+            (units, units.replace(", ", "/") + "²")
+            for units in ("N, cm", "daN, mm", "kgf, mm", "lbf, in", "kip, ft")
+        ),
+    ],
+)
+def test_a_pascal_has_its_prefix_where_there_is_one(units, stress):
+    assert units_of(dataclasses.replace(shakedown.example("two-node"), units=units)).stress == stress
+
+
+def test_numbers_are_written_without_exponents():
+    assert loads_in_words(joint(["a"], [1250.0], [123456.0], ["N"]), 1.0, "down") == "a 1250 ± 123400 N"
+    assert loads_in_words(joint(["a"], [-0.5], [0.00125])) == "a -0.5 ± 0.00125"
+    assert loads_in_words(joint(["a"], [0.0], [2e12]), 1.0, "up") == "a ± 2e+12"
+
+
+@pytest.mark.parametrize("load_factor", [0.0, 1.0, 2.5])
+def test_units_of_each_load_make_the_loads_at_every_load_factor(load_factor):
+    """With means of its own, and a load that does not reach the contact."""
+    unit, history = (
+        [[1.0, 2.0, 0.5, 0.0], [0.0, -1.0, 3.0, 4.0], [0.0] * 4],
+        [[1.0, 0, 5], [2, -1, 5], [0, 4, 5]],
+    )
+    welded, mean = (
+        np.array(history) @ unit,
+        np.array([0.3, 0.7, -0.2, 4.0]) @ np.linalg.pinv(unit[:2]) @ unit[:2],
+    )
+    blocks = {
+        "A": 2 * np.eye(2),
+        "B": np.zeros((2, 2)),
+        "f": 0.5,
+        "load_reactions": unit,
+        "load_history": history,
+    }
+    loads = {"q_w": welded[:, :2], "p_w": welded[:, 2:], "q_mean": mean[:2], "p_mean": mean[2:]}
+    joint = Problem(**blocks, **loads)
+    q, p = loading(joint).at(load_factor)
+    np.testing.assert_allclose(units_at(joint, load_factor) @ unit, np.hstack([q, p]), atol=1e-13)
+
+
+def test_a_joint_that_does_not_say_its_loads_has_no_words():
+    assert loads_in_words(shakedown.example("two-node")) == ""
+    assert (
+        loads_in_words(dataclasses.replace(AXIAL, load_mean=None, load_amplitude=None, load_units=None)) == ""
+    )
+
+
+def test_the_report_says_the_loads_where_they_are_known():
+    assert "loads at λ = 1: axial load 20 ± 20 kN; bolt preload 12 kN, unchanged" in headline(AXIAL)
+    bare = dataclasses.replace(AXIAL, load_mean=None, load_amplitude=None, load_units=None)
+    assert [each.shown for each in joint_facts(bare) if each.label == "load cases"] == [
+        "bolt preload, axial load"
+    ]

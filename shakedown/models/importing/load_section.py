@@ -246,8 +246,8 @@ def _op4_column(path: Path, matrix: str, column: int | None, size: int) -> Float
     rows, count = values.shape
     if rows != size:
         raise unfit(path, f"{matrix} of {size} rows", rows)
-    if (column is None and count > 1) or not 1 <= (column or 1) <= count:
-        raise unfit(f"{path}: key 'column'", f"1 to {count}", column or "none")
+    if (column is None and count > 1) or not 1 <= (1 if column is None else column) <= count:
+        raise unfit(f"{path}: key 'column'", f"1 to {count}", "none" if column is None else column)
     found, own = np.zeros(size), values.col == (column or 1) - 1
     found[values.row[own]] = values.data[own]
     return found

@@ -1,11 +1,14 @@
-"""Axisymmetric models: what stands for which part of the circumference."""
+"""Axisymmetric models, heated and fitted; loads by static runs of another code: held, the contact held, open."""
 
+import re
 import shutil
 
+import model_files
 import numpy as np
 import pytest
-from model_files import RING, changed, refused_with
+from model_files import HEAT, RING, changed, refused_with
 
+import shakedown
 from shakedown import ProblemError, import_model
 from shakedown.models.readers.mesh import Mesh
 
@@ -83,6 +86,7 @@ def test_reactions_that_a_check_proves_are_taken(ring):
         ('file = "ring.sti"', "scale = 180", "'scale': expected no factor for the circ"),
         ('file = "ring.sti"', "scale = 0", "'scale': expected a number > 0, found 0"),
         ("gap = -0.01", "thickness = 2", "'thickness': expected a number > 0 .none"),
+        ("gap = -0.01", "directions = 2", r"of an axisymmetric model, found directions = 2, axes = \[1, 2\]"),
         ("gap = -0.01", "axes = [2, 1]", r"the axes \[1, 2\] of an axisymmetric model, found .*\[2, 1\]"),
     ],
 )
@@ -131,9 +135,9 @@ def test_a_deck_is_axisymmetric_or_not(ring):
         import_model(ring / "import.toml")
     (ring / "ring.inp").write_text(deck.replace("CAX8", "CPE8"))
     assert import_model(ring / "import.toml").stiffness.circumference == 1
-    (ring / "ring.inp").write_text(deck.replace("\n1, 4, 0\n", "\n1, -4, 0\n"))
+    (ring / "ring.inp").write_text(deck.replace("\n12, 8.5, 6\n", "\n12, -8.5, 6\n"))
     with pytest.raises(
-        ProblemError, match="expected radii x >= 0 of an axisymmetric model, found -4 at node 1"
+        ProblemError, match=r"expected radii x >= 0 of an axisymmetric model, found -8\.5 at node 12"
     ):
         import_model(ring / "import.toml")
 
@@ -144,3 +148,145 @@ def test_areas_of_a_cone_and_of_a_disc():
     mesh = Mesh("a deck", labels, xyz, elements={1: ("quadrilateral", (1, 2, 4, 3))}, axisymmetric=True)
     np.testing.assert_allclose(mesh.node_areas([1, 2]), np.pi * 3**2 * np.array([1, 2]) / 3)
     np.testing.assert_allclose(mesh.node_areas([3, 4]).sum(), np.pi * 3 * 5)
+
+
+ENDS, INSIDE = [0, 4], [1, 2, 3]
+
+
+def printed(path):
+    """Contact pressures by hub node at the end of every step."""
+    steps = []
+    for line in path.read_text().splitlines():
+        fields = line.split()
+        if line.lstrip().startswith("contact stress"):
+            steps.append({})
+        elif re.fullmatch(r"\d+", fields[0] if fields else ""):
+            steps[-1][int(fields[0])] = float(fields[1])
+    return steps
+
+
+@pytest.mark.parametrize(("step", "kelvin"), [(0, 0.0), (1, 20.0)], ids=["assembled", "heated"])
+def test_pressures_are_those_of_contact_in_calculix(step, kelvin):
+    made = shakedown.import_model(model_files.FIT / "import.toml", changes={"load.1.history": kelvin / 20.0})
+    problem = made.problem
+    assert made.contact.gap == pytest.approx(-0.012, rel=1e-9)
+    assert [load.mean for load in problem.loads] == [kelvin]
+    nodes = shakedown.node_results(shakedown.simulate(problem, 0.0))
+    theirs = np.array(
+        [printed(model_files.FIT / "contact.dat")[step][int(name.partition("/")[0])] for name in nodes.label]
+    )
+    theirs[ENDS] *= 2
+    assert nodes.units["pressure_max"] == "MPa"
+    np.testing.assert_allclose(nodes.pressure_max, theirs, rtol=5e-4)
+    # of the interference: the load steps are alike but for round-off
+    assert nodes.slip_range.max() <= 1e-15 * 0.012
+    assert theirs[INSIDE].min() > 15
+
+
+THERMAL = 'thermal = { file = "held.dat", step = 1 }'
+CLAMPED = 'reactions = { file = "clamped.dat", step = 1, bodies = "clamped" }'
+OPEN = 'open = { file = "open.dat", step = 1 }'
+
+
+@pytest.fixture
+def heat(tmp_path):
+    shutil.copytree(HEAT, tmp_path / "heat")
+    return tmp_path / "heat"
+
+
+def made(folder, *pairs):
+    """The import with some things of its configuration changed."""
+    return import_model(changed(folder, *pairs))
+
+
+def welded(imported):
+    return np.concatenate([imported.problem.q_w[0], imported.problem.p_w[0]])
+
+
+@pytest.mark.parametrize(
+    ("line", "digits"),
+    [
+        (CLAMPED, 2e-7),
+        (OPEN, 1e-5),
+        ('open = { file = "open.frd", step = 1 }', 1e-4),
+    ],
+    ids=["clamped", "open", "open in a result file"],
+)
+def test_every_way_from_a_temperature_leads_to_the_same_reactions(heat, line, digits):
+    expected = welded(made(heat))
+    found = welded(made(heat, (THERMAL, line)))
+    largest = np.abs(expected).max()
+    assert largest > 50
+    np.testing.assert_allclose(found, expected, rtol=0, atol=digits * largest)
+
+
+def test_a_load_case_is_refused_where_its_file_is_not_what_the_key_says(heat):
+    refused = {
+        'thermal = { file = "clamped.dat", step = 1 }': "expected node 15, found it not printed",
+        'thermal = { file = "open.dat", step = 1 }': "expected every node held .*found node 11 displaced by 0.0015",
+        'thermal = { file = "open.frd", step = 1 }': r"expected reactions \(\*NODE FILE, RF\), found no block FORC",
+        'thermal = { file = "held.dat", step = 2 }': "key 'step': expected 1 to 1, found 2",
+        'open = { file = "open.dat" }': "key 'step': expected 1 to 3, found none",
+        'open = { file = "open.dat", step = 4 }': "key 'step': expected 1 to 3, found 4",
+        'open = { file = "blocks.sti", step = 1 }': "expected the columns step, node, ux, uy and maybe uz",
+        'open = { file = "open.dat", step = 1, bodies = "tied" }': "unknown key 'bodies'",
+        'open = "open.dat"': "key 'open': expected a table",
+        'open = { file = "clamped.dat", step = 1 }': "found contact nodes that do not move apart .held, tied or",
+    }
+    for line, message in refused.items():
+        with pytest.raises(ProblemError, match=message):
+            made(heat, (THERMAL, line))
+
+
+def test_reactions_of_held_nodes_have_no_other_directions(heat):
+    deck = (heat / "blocks.inp").read_text()
+    turned = "*TRANSFORM, NSET=TOP, TYPE=R\n0., 1., 0., -1., 0., 0.\n"
+    (heat / "blocks.inp").write_text(deck.replace("*NSET, NSET=TOP", f"{turned}*NSET, NSET=TOP"))
+    with pytest.raises(
+        ProblemError, match=r"expected nodes with directions x, y, z, found node \d+ in a \*TRANSFORM"
+    ):
+        made(heat)
+
+
+def test_held_runs_have_to_show_that_they_are(heat):
+    text = (heat / "held.dat").read_text()
+    (heat / "held.dat").write_text(" forces" + text.partition(" forces")[2])
+    with pytest.raises(ProblemError, match=r"which show that every node was held \(\*NODE PRINT: U, RF\)"):
+        made(heat)
+    shifted = text.replace("3.071250E+02", "0.000000E+00")
+    zeros = "\n".join(
+        line if len(line.split()) != 4 else f"{line.split()[0]:>10}" + 3 * "  0.000000E+00"
+        for line in shifted.splitlines()
+    )
+    (heat / "held.dat").write_text(zeros + "\n")
+    assert any("reaches no contact node" in warning for warning in made(heat).warnings)
+
+
+EXPANSION = 1.2e-5
+COOLED = """
+[[load]]
+name = "hub cooled"
+unit = "K"
+value = -100.0
+open = { file = "cooled.dat", step = 1 }
+history = 1.0
+"""
+
+
+@pytest.mark.parametrize("file", ["cooled.dat", "cooled.frd"])
+def test_a_hub_that_is_cooled_presses_as_one_that_is_too_small(tmp_path, file):
+    """100 degrees less take 1.2e-5 * 100 * 10 mm of the hub's bore: an interference; slip is free."""
+    shutil.copytree(RING, tmp_path / "ring")
+    text = (tmp_path / "ring" / "import.toml").read_text()
+    cooled = text.replace("gap = -0.01\n", "") + COOLED.replace("cooled.dat", file)
+    (tmp_path / "ring" / "cooled.toml").write_text(cooled)
+    problem = import_model(tmp_path / "ring" / "cooled.toml").problem
+    fitted = import_model(tmp_path / "ring" / "import.toml").problem
+    factor = EXPANSION * 100 * FIT / INTERFERENCE
+    pressures = []
+    for joint, times in ((problem, 1.0), (fitted, factor)):
+        slip = -np.linalg.lstsq(joint.A, joint.q_w.mean(axis=0), rcond=1e-8)[0]
+        pressures.append(times * (joint.p_w.mean(axis=0) + joint.B @ slip) / joint.node_area)
+    np.testing.assert_allclose(*pressures, rtol=5e-4)  # CalculiX's wedge has straight sides
+    (load,) = [load for load in problem.loads if load.name == "hub cooled"]
+    assert load == ("hub cooled", -100.0, 0.0, "K")

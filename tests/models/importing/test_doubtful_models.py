@@ -41,30 +41,33 @@ BLOCK = range(1001, 2000)
 WAVE = "harmonics = [{ order = 1, sin = 1.0 }]"
 
 
-def push(changed):
-    """The configuration with another history of the load that pushes to and fro."""
-    return lambda text, deck: (text.replace(WAVE, changed, 1), deck)
+def changed(*words):
+    """The configuration with the first of every two words replaced by the second."""
+
+    def change(text, deck):
+        for old, new in zip(words[::2], words[1::2], strict=True):
+            text = text.replace(old, new, 1)
+        return text, deck
+
+    return change
+
+
+def push(history):
+    return changed(WAVE, history)
 
 
 def listed(*factors, steps=""):
     """The configuration with a list of factors, and with or without the number of load steps."""
     constant = ("{ harmonics = [{ order = 1, cos = 1.0 }] }", "1.0")
-    return lambda text, deck: (
-        text.replace("steps = 48", steps).replace(f"{{ {WAVE} }}", str([*factors])).replace(*constant),
-        deck,
-    )
+    return changed("steps = 48", steps, f"{{ {WAVE} }}", str([*factors]), *constant)
 
 
-def contact(changed):
-    return lambda text, deck: (text.replace(f"pairs = [{SETS}]", changed), deck)
+def contact(lines):
+    return changed(f"pairs = [{SETS}]", lines)
 
 
 def placed(change, nodes=BLOCK, more=""):
     return lambda text, deck: (text.replace("[contact]\n", f"[contact]\n{more}"), moved(deck, change, nodes))
-
-
-def changed(old, new):
-    return lambda text, deck: (text.replace(old, new, 1), deck)
 
 
 def rows_of_another_run(text, deck):
@@ -112,10 +115,7 @@ WARNED = {
         contact(f"pairs = {labels([1, 2, 3, 5, 6, 7, 8, 9], [1073, 1074, 1075, *range(1077, 1082)])}\nnormal = [0, 1]"),
         "lie at one place and are no pair of the contact (1 times, first 4 and 1076)",
     ),
-    "one body for two": (
-        contact('nodes = "PUNCH_FOOT"'),
-        "lie at one place and are no pair of the contact (9 times",
-    ),
+    "one body for two": (contact('nodes = "PUNCH_FOOT"'), "lie at one place and are no pair of the contact (9 times"),
     "too much interference": (placed(lambda x, y: (x, y - 1e-9), more="gap = -1\n"), "up to 1, 4 of the spacing"),
     "rows of another run": (rows_of_another_run, "are matrix, row map and deck of one run?"),
     "rows of another mesh": (rows_of_another_mesh, "110 of 226 rows are of nodes that are none of the deck, first 11018"),
@@ -127,26 +127,19 @@ WARNED = {
     "a wave of two steps": (push(WAVE.replace("order = 1", "order = 24")), "its 48 load step(s) miss 50 %"),
     "peaks between the steps": (push("points = [[0, 0], [0.01, 5], [0.02, 0], [0.5, 1], [1, 0]]"), "miss 80 % of its range"),
     "a wave of no size": (push(WAVE.replace("1.0", "0.0")), "'pushed to and fro' does not vary: its factor is the same"),
-    "no force": (lambda text, deck: (text.replace('1, 10.0', '1, 0.0'), deck), "'pushed to and fro' reaches no contact node"),
-    "one load step": (lambda text, deck: (text.replace("steps = 48", "steps = 1"), deck), "no load varies over the 1 load step"),
+    "no force": (changed("1, 10.0", "1, 0.0"), "'pushed to and fro' reaches no contact node"),
+    "one load step": (changed("steps = 48", "steps = 1"), "no load varies over the 1 load step"),
     "a gap that stays open": (
-        lambda text, deck: (
-            text.replace('forces = [["PUNCH_TOP", 2, -100.0]]', 'displacements = [["PUNCH_TOP", 2, -0.001]]')
-            .replace("[contact]", "[contact]\ngap = 0.01"),
-            deck,
-        ),
+        changed('forces = [["PUNCH_TOP", 2, -100.0]]', 'displacements = [["PUNCH_TOP", 2, -0.001]]', "[contact]", "[contact]\ngap = 0.01"),
         "'gap' is positive where the bodies lie apart",
     ),
     "a last step that is the first": (
         listed(0.0, 1.0, 0.0, -1.0, 0.0),
         "the last of 5 load steps repeats the first and is left out, because the period closes by itself",
     ),
-    "pulled": (lambda text, deck: (text.replace("-100.0", "100.0"), deck), "no mean load presses the contact together"),
+    "pulled": (changed("-100.0", "100.0"), "no mean load presses the contact together"),
     "forces on what is held": (
-        lambda text, deck: (
-            text.replace('["PUNCH_TOP", 1, 10.0]', "[40, 1, 10.0]") + "\n[supports]\nfixed = [[40, 1]]\n",
-            deck,
-        ),
+        changed('["PUNCH_TOP", 1, 10.0]', "[40, 1, 10.0]", "[contact]", "[supports]\nfixed = [[40, 1]]\n[contact]"),
         "'pushed to and fro' reaches no contact node: the welded contact carries nothing of it",
     ),
 }  # fmt: skip

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import writers
+from scipy import sparse
 
 from shakedown import ProblemError
 from shakedown.models.readers.abaqus import read_substructure_load
@@ -14,6 +15,7 @@ from shakedown.models.readers.mesh_files import read_coordinates
 from shakedown.models.readers.nastran import read_analysis_set, read_grids
 from shakedown.models.readers.nodal_vectors import read_vectors_table
 from shakedown.models.readers.parsing import read_table
+from shakedown.models.readers.stiffness import Stiffness
 
 BRICKS = """*HEADING
 Two bricks on each other
@@ -361,10 +363,6 @@ def test_grid_points_come_with_their_own_directions(tmp_path):
 
 def test_rows_in_directions_of_their_own_are_turned():
     """A spring along the x of a turned point acts along y of the model."""
-    from scipy import sparse
-
-    from shakedown.models.readers.stiffness import Stiffness
-
     dofs = np.array([(7, 1), (7, 2), (7, 3)])
     own = Stiffness(sparse.csr_array(np.diag([5.0, 1.0, 2.0])), dofs, "by hand")
     turned = own.in_basic_directions({7: np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]])})

@@ -1,9 +1,11 @@
-"""Maps of initial states: what they say agrees with single runs, with the rows, and with what is known."""
+"""Maps of initial states, in the plane and in space: single runs, rows, what is known; files of interrupted runs."""
 
 import numpy as np
 import pytest
+from command import run
 
 import shakedown
+from shakedown.files import pieces
 from shakedown.joint.constraints import constraints
 from shakedown.motion.checked_law import admissible
 
@@ -79,3 +81,108 @@ def test_numbers_over_all_states(found):
 def test_misuse_is_said_in_one_line(words, said):
     with pytest.raises(shakedown.UsageError, match=said):
         shakedown.initial_state_map(JOINT, **{"load_factor": 0.7, **words})
+
+
+SPACE = shakedown.example("two-node-3d")
+
+
+@pytest.fixture(scope="module")
+def in_space():
+    return shakedown.initial_state_map(SPACE, 0.98 * shakedown.upper_bound(SPACE).load_factor, states=8)
+
+
+def test_it_agrees_bit_by_bit_with_single_states(in_space):
+    for k in (0, 5):
+        state = shakedown.long_term_state(SPACE, in_space.load_factor, in_space.initial_slip[k])
+        assert (in_space.outcome[k], in_space.period[k]) == (state.outcome, state.period)
+        assert in_space.signature[k] == state.signature
+        np.testing.assert_array_equal(in_space.final_slip[k], state.final_slip)
+        np.testing.assert_array_equal(in_space.slip_per_cycle[k], state.slip_per_cycle)
+    assert in_space.initial_slip.shape == in_space.final_slip.shape == (len(in_space.sampling.named) + 8, 4)
+    assert in_space.slip_per_cycle.shape == (len(in_space), 2)
+
+
+@pytest.mark.parametrize("sampler", ["ball", "transients"])
+def test_every_sampler_has_states(sampler):
+    some = shakedown.initial_state_map(SPACE, 0.5, states=5, sampler=sampler, seed=3)
+    np.testing.assert_array_equal(some.sampling.slips(4, 5), some.initial_slip[some.sampled][4:5])
+    assert len(np.unique(some.initial_slip[:, 0])) > 1 or sampler == "transients"
+    if sampler == "ball":
+        assert (some.sampling.ball.distance(some.initial_slip) <= some.sampling.ball.radius).all()
+        assert some.outcomes == {"shakedown": 5}
+
+
+def test_the_command(tmp_path):
+    words = ["map", "two-node-3d", "--load-factor", "0.5", "--states", "4", "-q"]
+    code, text, err = run(*words, "--grid", "0:y", "1:x", "-o", "map.npz", cwd=tmp_path)
+    assert (code, err) == (0, "")
+    assert max(map(len, text.splitlines())) <= 80
+    kept = np.load(tmp_path / "map.npz")["initial_slip"][-4:]
+    assert [len(np.unique(column)) for column in kept.T] == [1, 2, 2, 1]
+
+
+KEYS = ("initial_slip", "final_slip", "outcome", "period", "dissipation", "load_factor")
+
+
+def mapped(path, states, **words):
+    return shakedown.initial_state_map(JOINT, 0.7, states=states, path=path, **words)
+
+
+def test_the_file_holds_every_state(tmp_path):
+    path = tmp_path / "map.npz"
+    on_disk = mapped(path, 70)
+    in_memory = shakedown.initial_state_map(JOINT, 0.7, states=70)
+    with np.load(path, allow_pickle=False) as file:
+        shapes, names = {key: file[key].shape for key in KEYS}, file["named"].tolist()
+        for key in KEYS[:-1]:
+            np.testing.assert_array_equal(file[key], getattr(in_memory, key))
+            np.testing.assert_array_equal(file[key], getattr(on_disk, key))
+        assert file["load_factor"] == 0.7
+    assert shapes == {
+        "initial_slip": (72, 2), "final_slip": (72, 2), "outcome": (72,), "period": (72,),
+        "dissipation": (72,), "load_factor": (),
+    }  # fmt: skip
+    assert names == ["zero", "critical"]
+    assert on_disk.to_dict()["limit_cycles"] == in_memory.to_dict()["limit_cycles"]
+    assert [entry.name for entry in tmp_path.iterdir()] == ["map.npz"]
+
+
+def test_a_map_that_is_whole_comes_out_the_same_when_resumed(tmp_path):
+    path = tmp_path / "map.npz"
+    mapped(path, 70)
+    whole = path.read_bytes()
+    mapped(path, 70, resume=True)
+    assert path.read_bytes() == whole
+    assert not (tmp_path / "map.npz.parts").exists()
+    assert mapped(path, 71, resume=True).initial_slip.shape == (73, 2)
+
+
+class Stopped(Exception):
+    """The run ends here."""
+
+
+def stopped_after(patch, last):
+    """A run ends as soon as its piece ``last`` is kept."""
+    keep = pieces._keep
+
+    def stop(folder, name, arrays):
+        keep(folder, name, arrays)
+        if name.endswith(f"-{last}.npz"):
+            raise Stopped
+
+    patch.setattr(pieces, "_keep", stop)
+
+
+def test_interrupted_after_any_piece_the_bytes_are_the_same(tmp_path, monkeypatch):
+    monkeypatch.setattr("shakedown.studies.basin_map.MapPieces.size", 16)
+    mapped(tmp_path / "whole.npz", 64)
+    expected = (tmp_path / "whole.npz").read_bytes()
+    for last in range(4):
+        path = tmp_path / f"{last}.npz"
+        with monkeypatch.context() as patch:
+            stopped_after(patch, last)
+            with pytest.raises(Stopped):
+                mapped(path, 64)
+        assert not path.exists()
+        mapped(path, 64, resume=True)
+        assert path.read_bytes() == expected

@@ -1,8 +1,11 @@
-"""What the commands say is proved: from this state, from every state, at the nominal load."""
+"""`solve`, in the plane and in space: what it says is proved, which nodes are open."""
+
+import re
 
 import numpy as np
 import pytest
-from command import document, refused, run
+from command import document, run
+from partly_open import partly_open
 
 import shakedown
 
@@ -73,23 +76,6 @@ def test_what_is_required_is_proved_or_the_exit_code_is_1(required, code):
         assert f"--require {name}={least}: not met, proved is up to λ = 0.7315934\n" in err
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("--require", "proved=1"), "--require: expected proved-from-state=X or proved-from-every-state=X"),
-        (("--require", "proved-from-state=nan"), "with X > 0, found 'proved-from-state=nan'"),
-        (("--require", "proved-from-state"), "with X > 0, found 'proved-from-state'"),
-        (("--distance", "-1"), "distance: expected a number >= 0, found -1"),
-        (("--distance", "nan"), "distance: expected a number >= 0, found nan"),
-        (("--initial", "safe"), "expected zero, given, given:K or PATH.npy"),
-        (("--initial", "none.npy"), "found none.npy, which is no file"),
-        (("--initial", "given"), "found given, of a problem with 0 given states"),
-    ],
-)
-def test_bad_states_and_distances_are_one_line(words, message):
-    refused("solve", "two-node", *words, message=message)
-
-
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize(
     ("name", "colour", "answer"),
@@ -110,3 +96,70 @@ def test_the_report_begins_with_the_answer_for_the_loading_as_given(tmp_path, na
 
 def test_simulate_takes_the_nominal_load():
     assert document("simulate", "two-node") == document("simulate", "two-node", "--load-factor", "1")
+
+
+def test_the_text_names_the_open_nodes_and_claims_no_upper_bound_of_the_joint():
+    text = " ".join(run("solve", "receding-block", "--details")[1].split())
+    assert "open nodes nodes 0–4, 28–32 assumed; all others closed safe slip up to 0.2281" in text
+    assert "impossible above unknown (10 nodes open)" in text
+    for wrong in ("upper bound", "cannot shake down", "λ_max impossible above"):
+        assert wrong not in text
+
+
+@pytest.mark.parametrize("d", [1, 2])
+def test_the_table_says_which_nodes_are_open_and_which_gaps_close(d, tmp_path):
+    """Open nodes have no friction limit to reach."""
+    joint = shakedown.example("receding-block") if d == 1 else partly_open(3, 5, d=2)
+    shakedown.save_problem(tmp_path / "joint.npz", joint)
+    out = run("solve", str(tmp_path / "joint.npz"), "--details")[1]
+    upper = shakedown.upper_bound(joint, open_nodes="auto")
+    closing = {node for node, _ in upper.active} & {*upper.open_nodes}
+    rows = [line for line in out.partition("reached at λ_max")[2].splitlines() if re.match(r" +\d+ ", line)]
+    assert len(rows) == joint.n
+    assert {i for i, row in enumerate(rows) if "open" in row} == {*upper.open_nodes}
+    assert {i for i, row in enumerate(rows) if "open; gap closes" in row} == closing
+    assert "open: throughout; its safe slip is the displacement" in out
+    assert closing
+
+
+def test_nodes_may_be_named_or_none():
+    asked = "solve", "receding-block"
+    assert document(*asked, "--open", "none")["upper"]["status"] == "infeasible"
+    assert document(*asked, "--open", "16", code=1)["upper"]["open_nodes"] == [16]
+    text = " ".join(run("solve", "receding-block", "--open", "16")[1].split())
+    assert "open nodes node 16 (FE 144) assumed; all others closed safe slip none" in text
+    named = ",".join(map(str, [0, 1, 2, 3, 4, 28, 29, 30, 31, 32]))
+    found = document(*asked, "--open", named, code=1)["upper"]  # nothing is known of the whole joint
+    assert found["load_factor"] == document(*asked, code=1)["upper"]["load_factor"]
+
+
+def test_simulate_starts_with_open_nodes(tmp_path):
+    words = ["simulate", "cylinder-on-flat", "--load-factor", "0.5", "--initial", "safe", "--open"]
+    found = [document(*words, nodes, cwd=tmp_path) for nodes in ("auto", "0,1,2,10,11,12")]
+    assert found[0] == found[1]
+    assert found[0]["outcome"] == "shakedown"
+    assert found[0]["proved"]
+    assert found[0]["open_nodes"] == [0, 1, 2, 10, 11, 12]
+    code, _, error = run(*words, "13", cwd=tmp_path)
+    assert code == 2
+    assert "open nodes: expected" in error
+
+
+BLOCK = "block-3x3"
+
+
+def test_text_begins_with_the_three_numbers_and_ends_with_both_slips_of_every_node():
+    code, out, err = run("solve", BLOCK, "--details")
+    assert (code, err) == (0, "")
+    lines = out.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert lines[0] == "elastic block in space: 9 nodes (3-D), 40 load steps, f = 0.4"
+    assert "λ_1, sensitivities and friction thresholds exist for plane joints" in " ".join(out.split())
+    (head,) = (k for k, line in enumerate(lines) if "safe slip x  safe slip y  reached at λ_max" in line)
+    safe = shakedown.upper_bound(shakedown.example(BLOCK)).slip
+    for node, line in enumerate(lines[head + 1 : head + 10]):
+        number, x, y, *steps = line.split()
+        assert int(number) == node
+        np.testing.assert_allclose([float(x), float(y)], safe[2 * node : 2 * node + 2], rtol=1e-6)
+        assert all(0 <= int(step) < 40 for run in steps if run != "–" for step in run.rstrip(",").split("–"))
+    assert "x, y: the two tangential directions of a node" in out

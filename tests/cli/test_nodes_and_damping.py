@@ -1,4 +1,4 @@
-"""`nodes`: the table that spreadsheets and pandas read, the files that ParaView reads, the JSON, and the text."""
+"""`nodes` and `damping`: tables that spreadsheets and pandas read, files of ParaView, JSON, text, pictures."""
 
 import csv
 from dataclasses import replace
@@ -7,10 +7,12 @@ import meshlane
 import numpy as np
 import pandas
 import pytest
-from command import document, refused, run
+from command import document, run
 from joints import creeping
 
 import shakedown
+from shakedown import Problem, damping, long_term_state, save_problem
+from shakedown.long_term.conjugate_displacement import load_loops
 
 MILLIMETRES = [
     "label", "x [mm]", "y [mm]", "z [mm]", "area [mm^2]", "status", "slip_range [mm]", "accumulated_slip [mm]",
@@ -119,26 +121,6 @@ def test_undecided_says_so_and_ends_with_one(tmp_path):
     assert found["slip_range"] == [None, None]
 
 
-@pytest.mark.parametrize(
-    ("more", "message"),
-    [
-        (("-o", "nodes.txt"), "expected a name that ends in .csv, .vtu or .vtp"),
-        (("--wear-coefficient", "-1"), "wear coefficient: expected a number ≥ 0, found -1.0"),
-        (("--initial", "elsewhere"), "found elsewhere"),
-    ],
-)
-def test_what_cannot_be_asked_is_refused_in_one_line(more, message, tmp_path):
-    refused("nodes", *AT_TWO, *more, cwd=tmp_path, message=message)
-
-
-def test_wear_is_refused_of_a_joint_without_areas(tmp_path):
-    """All of its column would be empty."""
-    code, out, err = run("nodes", "two-node", "--wear-coefficient", "1e-8", "-o", "n.csv", cwd=tmp_path)
-    assert (code, out, list(tmp_path.iterdir())) == (2, "", [])
-    expected = "--wear-coefficient: expected a joint with areas of its nodes, found none"
-    assert err == f"shakedown-bounds: {expected}\n"
-
-
 @pytest.mark.parametrize(("below", "met"), [("1e-3", False), ("2e-3", True)])
 @pytest.mark.parametrize("method", ["event", "gauss-seidel"])
 def test_simulate_says_whether_slips_stay_below_a_length(below, met, method):
@@ -176,3 +158,42 @@ def test_a_node_that_opens_has_no_smallest_force_and_no_column_has_the_name_of_a
     assert {line[7] for line in lines} == {"0"}
     assert "τ δ" in out
     assert "tau delta" not in out
+
+
+@pytest.fixture
+def joint(tmp_path):
+    """A Jenkins element as a file."""
+    found = Problem(
+        A=[[2.0]], B=[[0.0]], f=0.5, q_w=[[-1.0], [1.0]], p_w=[[2.0], [2.0]], units="N, mm",
+        load_reactions=[[-1.0, 0.0]], load_history=[[1.0], [-1.0]], load_compliance=[[0.1]], load_names=["push"],
+    )  # fmt: skip
+    save_problem(tmp_path / "joint.npz", found)
+    return str(tmp_path / "joint.npz"), found
+
+
+def test_the_document_the_table_and_the_file_tell_the_curve(joint, tmp_path):
+    path, problem = joint
+    asked = ("damping", path, "--amplitudes", "0.5:2.5:5", "--load", "push")
+    found = document(*asked)
+    curve = damping(problem, np.linspace(0.5, 2.5, 5))
+    assert found["dissipation"] == curve.dissipation.tolist()
+    assert found["secant_stiffness"] == curve.secant_stiffness.tolist()
+    assert found["frequency"] == [None] * 5
+    code, out, err = run(*asked, "-o", str(tmp_path / "x.csv"), "--picture", str(tmp_path / "x.svg"))
+    assert (code, err) == (0, "")
+    assert "no damping, proved up to 1 from the initial state" in " ".join(out.split())
+    assert "at 5 amplitudes" in out
+    assert max(map(len, out.splitlines())) <= 80
+    rows = list(csv.DictReader((tmp_path / "x.csv").read_text().splitlines()))
+    assert [float(row["dissipation"]) for row in rows] == found["dissipation"]
+    assert (tmp_path / "x.svg").read_text().startswith("<?xml")
+
+
+def test_a_loop_is_written(joint, tmp_path):
+    path = tmp_path / "loop.csv"
+    load_loops(joint[1], long_term_state(joint[1], 2.0)).save(path, joint[1])
+    rows = list(csv.DictReader(path.read_text().splitlines()))
+    x, c = (np.array([float(row[key]) for row in rows]) for key in ("displacement", "load"))
+    assert (0.5 * (c[1:] + c[:-1]) * np.diff(x)).sum() == pytest.approx(2.0, rel=1e-12)
+    assert {(row["load_name"], row["load_number"]) for row in rows} == {("push", "0")}
+    assert {(row["load_unit"], row["displacement_unit"]) for row in rows} == {("", "N mm per unit of load")}
