@@ -344,9 +344,9 @@ def _steps_in_doubt(problem: Problem) -> Iterator[str]:
     """A load step that is there twice, or out of its order."""
     jump = 5.0  # times the usual distance of load steps: a step so far from both neighbours may be misplaced
     path = np.hstack([problem.q_w, problem.p_w])
-    noise, count = MEAN_ROUND_OFF * np.abs(path).max(), problem.m
+    noise = MEAN_ROUND_OFF * np.abs(path).max()
     onwards = np.abs(np.roll(path, -1, axis=0) - path).max(axis=1)
-    if problem.is_domain or count < 3 or onwards.max() <= noise:
+    if problem.is_domain or problem.m < 3 or onwards.max() <= noise:
         return
     if onwards[-1] <= noise and (problem.q_mean is None or problem.p_mean is None):
         yield (
@@ -356,7 +356,7 @@ def _steps_in_doubt(problem: Problem) -> Iterator[str]:
     away = np.minimum(onwards, np.roll(onwards, 1))  # from the nearer neighbour
     for k in np.flatnonzero(away > jump * np.median(onwards)):
         apart = np.abs(path - path[k]).max(axis=1)
-        apart[[k - 1, k, (k + 1) % count]] = np.inf
+        apart[k] = np.inf
         if jump * apart.min() < away[k]:
             yield (
                 f"Load step {k} lies next to load step {apart.argmin()}, and far from those before and after "

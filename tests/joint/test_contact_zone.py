@@ -123,6 +123,8 @@ def test_of_a_floating_block_one_closed_node_holds_no_open_one_whatever_round_of
     A, C = (stiffness * (1 + noise + noise.T) for stiffness in (joint.A, joint.C))
     with pytest.raises(UsageError, match="free to move"):
         contact_zone(replace(joint, A=A, B=joint.B * (1 + noise), C=C), set(range(5)) - {closed})
+    with pytest.raises(UsageError, match="found 0, 1, 2, 3, 4, 5, 6, 7 free to move"):
+        contact_zone(floating_block(12, 0.5), range(11))
 
 
 LOOP = {"f": 0.5, "q_w": np.ones((2, 3)), "p_w": np.ones((2, 3))}

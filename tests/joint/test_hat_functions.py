@@ -121,6 +121,23 @@ def test_a_ring_has_no_end_and_its_hats_go_around():
     assert np.allclose(P[11], [0.5, 0, 0, 0, 0, 0.5])
 
 
+def test_an_uneven_ring_is_one_whose_areas_go_around():
+    """Without what lies between its last node and its first it is an arc with two ends."""
+    angle = 2 * np.pi * np.cumsum([0.0, 0.02, 0.05, 0.1, 0.12, 0.09, 0.08, 0.12, 0.15, 0.14, 0.1])
+    places = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    steps = np.linalg.norm(np.roll(places, -1, axis=0) - places, axis=1)  # from each node to the next
+    area = 0.3 * (steps + np.roll(steps, 1)) / 2
+    joint = shakedown.Problem(
+        A=np.eye(11), B=np.zeros((11, 11)), f=0.3, q_w=np.ones((1, 11)), p_w=np.ones((1, 11)), coordinates=places,
+        x=np.append(0.0, np.cumsum(steps)[:-1]), node_area=area,
+    )  # fmt: skip
+    surface = surface_of(joint)
+    assert not surface.edge.any()
+    np.testing.assert_allclose(surface.spacing, np.minimum(steps, np.roll(steps, 1)), rtol=1e-12)
+    area[[0, -1]] -= 0.3 * steps[-1] / 2
+    assert np.flatnonzero(surface_of(replace(joint, node_area=area)).edge).tolist() == [0, 10]
+
+
 def test_a_length_below_an_element_says_that_nothing_is_averaged(caplog):
     block = shakedown.example("block-9")
     assert (averaged(block, 0.5).n, caplog.messages) == (5, [])

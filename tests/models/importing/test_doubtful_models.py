@@ -116,6 +116,7 @@ WARNED = {
         "lie at one place and are no pair of the contact (1 times, first 4 and 1076)",
     ),
     "one body for two": (contact('nodes = "PUNCH_FOOT"'), "lie at one place and are no pair of the contact (9 times"),
+    "a gap beyond the model": (changed("[contact]", "[contact]\ngap = 0.9"), "the bodies touch nowhere: the least gap is 0.9, 3.6 of the spacing"),
     "too much interference": (placed(lambda x, y: (x, y - 1e-9), more="gap = -1\n"), "up to 1, 4 of the spacing"),
     "rows of another run": (rows_of_another_run, "are matrix, row map and deck of one run?"),
     "rows of another mesh": (rows_of_another_mesh, "110 of 226 rows are of nodes that are none of the deck, first 11018"),

@@ -192,7 +192,8 @@ def test_what_was_read_is_shown(folder, made):
     assert "tangent of every node 1 0 0" in words
     assert "rigid motions 6 of the contact nodes, without resistance" in words
     assert "second tangent normal × tangent" in words
-    assert list(made.columns())[-4:] == ["tangent 2 x", "tangent 2 y", "tangent 2 z", "area"]
+    columns = [f"{name}{axis}" for name in ("", "normal ", "tangent 1 ", "tangent 2 ") for axis in "xyz"]
+    assert list(made.columns()) == ["nodes", *columns, "area"]
     assert np.shape(made.to_dict()["tangents"]) == (12, 2, 3)
     drawn = contact_picture(made)
     assert drawn.name == "3d"
