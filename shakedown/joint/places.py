@@ -206,6 +206,8 @@ def bearing_no_pressure(area: FloatArray, names: Sequence[str]) -> tuple[str, ..
     --------
     >>> bearing_no_pressure(np.array([0.5, 0.5]), ["7", "8"])
     ()
+    >>> bearing_no_pressure(np.array([0.5, 0.0, -0.1]), ["7", "8", "9"])[0][:61]
+    'quadratic faces at the contact give 2 of 3 nodes, first 8, no'
     """
     without = np.flatnonzero(area <= 0)
     if not without.size:

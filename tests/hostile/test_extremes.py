@@ -84,7 +84,11 @@ TOO_LARGE = {  # (largest size of every array that is read, message)
     "stiffness beyond": (("A", "B", "C"), 1e308, "found inf"),
     "loads denormal": (("q_w", "p_w"), 1e-310, "largest magnitude"),
     "loads huge": (("q_w", "p_w"), 1e200, "largest magnitude"),
-    "loads tiny for the stiffness": (("q_w", "p_w"), 1e-90, "forces over stiffness"),
+    "loads tiny for the stiffness": (
+        ("q_w", "p_w"),
+        1e-90,
+        "forces over stiffness between 1e-75 and 1e\\+75, found 1.98921e-90",
+    ),
     "friction": (("f",), 1e300, "largest magnitude"),
     "friction beyond its limit": (("f",), 1e20, "friction coefficients up to"),
 }

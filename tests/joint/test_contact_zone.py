@@ -48,6 +48,15 @@ def test_open_nodes_carry_nothing_and_closed_ones_feel_the_condensed_joint(probl
 
 
 @pytest.mark.parametrize("problem", JOINTS)
+def test_open_nodes_follow_every_change_of_slip(problem):
+    zone = contact_zone(problem, OPEN)
+    slip, *changes = np.random.default_rng(3).normal(size=(4, zone.joint.layout.slip_size)) * 1e-3
+    moved = [zone.slips(slip + change) - zone.slips(slip) for change in changes]
+    for found in (zone.follow(np.array(changes)), [zone.follow(change) for change in changes]):
+        np.testing.assert_allclose(found, moved, rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize("problem", JOINTS)
 def test_rows_of_open_nodes_are_their_gaps_and_the_others_are_limits(problem):
     zone, rng = contact_zone(problem, OPEN), np.random.default_rng(1)
     rows, slip = zone.constraints, rng.normal(size=zone.joint.layout.slip_size) * 1e-3

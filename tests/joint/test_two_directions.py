@@ -15,6 +15,7 @@ from shakedown.joint.constraints import (
     loading,
     through_transient,
 )
+from shakedown.joint.places import split_face
 from shakedown.motion.evolution import evolve
 from shakedown.studies.design_point import with_parameter
 
@@ -63,6 +64,23 @@ def test_faces_are_kept_in_files_and_go_with_their_nodes(tmp_path):
     assert problem.node_data([2, 0, 1])["faces"].tolist() == [[1, 2, 0, -1]]
     assert problem.node_data([0, 1])["faces"] is None
     assert joint(faces=np.zeros((0, 4))).faces is None
+
+
+@pytest.mark.parametrize(("corners", "middle"), [(3, 0), (3, 1), (4, 0), (4, 1)])
+def test_a_face_with_nodes_on_its_sides_is_covered_once_by_its_parts(corners, middle):
+    angle = 2 * np.pi * (np.arange(corners) + 0.3) / corners
+    tips = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    sides = ((tips + np.roll(tips, -1, axis=0)) / 2)[::-1]  # in any order
+    places = np.vstack([tips, sides, tips[:1] * 0.0][: 2 + middle])
+    parts = split_face(range(corners), range(corners, len(places)), places)
+
+    def area(nodes):  # positive where they go around as the corners do
+        x, y, _ = places[[node for node in nodes if node >= 0]].T
+        return 0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1))
+
+    assert min(map(area, parts)) > 0
+    assert sum(map(area, parts)) == pytest.approx(area(range(corners)), rel=1e-12)
+    assert {node for part in parts for node in part} - {-1} == set(range(len(places)))
 
 
 CORNERS = "expected numbers of nodes from 0 to 2 (−1 as the last of a triangle), found"

@@ -64,7 +64,7 @@ def friction_of(given: Friction | None, contact: ContactSection, mesh: Mesh, whe
         _coefficients(np.asarray(given) if each is None else each, part, mesh, f"{where}: contact")
         for part, each in zip(contact.parts, own, strict=True)
     ]
-    return _of_nodes(every, contact.parts) if len(every) > 1 else every[0]
+    return _of_nodes(every, contact.parts)
 
 
 def _coefficients(given: Friction, contact: ContactSection, mesh: Mesh, where: str) -> FloatArray:

@@ -36,6 +36,14 @@ def test_the_pressure_of_a_press_fit_is_lame_s(ring):
     np.testing.assert_allclose(pressure @ problem.node_area, lame * problem.node_area.sum(), rtol=1e-3)
 
 
+def test_supports_bear_what_pulls_along_the_axis(ring):
+    """Radially the stress around the circumference bears as well: what is left for supports is not known."""
+    (load,) = import_model(ring / "import.toml").loads
+    borne = {part.what: part.force for part in load.parts}["supports, second body"]
+    np.testing.assert_allclose(borne, [np.nan, -load.applied[1]], rtol=1e-9)
+    assert load.contact[1] == pytest.approx(-900.0, rel=1e-9)
+
+
 PUSHED = (
     '\n[[load]]\nreactions = { file = "pushed.dat", step = 1, scale = 180, bodies = "tied" }\nhistory = 1\n'
 )
@@ -124,6 +132,16 @@ def test_the_deck_says_which_code_wrote_the_matrix(ring, line, factor):
         assert "2 degrees, taken 180 times" in " ".join(made.notes)
     else:
         assert import_model(ring / "import.toml").stiffness.circumference == factor
+
+
+def test_where_it_lies_along_its_axis_does_not_matter(ring):
+    expected, deck = import_model(ring / "import.toml"), (ring / "ring.inp").read_text().partition("*ELEMENT")
+    nodes = re.sub(r"^(\d+, [\d.]+), (\d)$", r"\1, 1000\2", deck[0], flags=re.MULTILINE)
+    assert nodes.count(", 1000") == 26
+    (ring / "ring.inp").write_text("".join([nodes, *deck[1:]]))
+    made = import_model(ring / "import.toml")
+    assert made.warnings == expected.warnings == ()
+    np.testing.assert_allclose(made.problem.kappa, expected.problem.kappa, rtol=1e-9)
 
 
 def test_a_deck_is_axisymmetric_or_not(ring):

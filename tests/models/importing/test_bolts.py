@@ -5,14 +5,15 @@ import numpy as np
 import pytest
 import writers
 from calculix import ccx, needs_ccx
-from meshed_apart import bricks, write
+from meshed_apart import STEEL, bricks, write
 
 import shakedown
 from shakedown import ProblemError, import_model
-from shakedown.fem import Bolt, contact_problem
+from shakedown.fem import Bolt, ElasticBody, Support, block_mesh, contact_problem
 
 HEAD = 'name = "M8"\npreload = 50.0\nhead = "TOP"\naxis = [0, 0, -1]'
 SHANK = f"{HEAD}\nstiffness = 4e5"
+PRESSED = '[[load]]\nforces = [["TOP", 2, -10.0]]\nhistory = 1.0'
 SECTION = 'name = "M8"\npreload = 50.0\nsection = 900'
 PLATES = 'pairs = ["UPPER", "LOWER"]'
 
@@ -84,6 +85,19 @@ def test_head_and_nut_of_two_meshes_make_no_couple(tmp_path):
     (tmp_path / "import.toml").write_text(aside)
     with pytest.raises(ProblemError, match=r"found their middle 1 beside it"):
         import_model(tmp_path / "import.toml")
+
+
+def test_in_the_plane_a_shank_stands_across_the_line_of_its_head(tmp_path):
+    """The middle of the nut lies beside that of the head."""
+    upper = ElasticBody(block_mesh(2.0, 1.0, 2, 1, origin=(0.0, 1.0)), STEEL)
+    lower = ElasticBody(block_mesh(2.0, 1.0, 3, 1), STEEL, supports=[Support("bottom")])
+    write(tmp_path, upper, lower, {"NUT": lambda x: x[:, 0] > 0.5})
+    bolt = "[[bolt]]\n" + SHANK.replace("axis = [0, 0, -1]", 'nut = "LOWER_NUT"')
+    made = import_model(
+        meshed_apart.configuration(tmp_path, 'surfaces = ["UPPER", "LOWER"]', bolt, loads=PRESSED)
+    )
+    assert "carries 50 along (0, -1, 0) once tightened" in made.notes[-1]
+    np.testing.assert_allclose(made.loads[1].contact, [0.0, 50.0], atol=1e-10)
 
 
 def test_a_section_of_the_deck_is_a_shank(folder):

@@ -120,7 +120,7 @@ WARNED = {
     "too much interference": (placed(lambda x, y: (x, y - 1e-9), more="gap = -1\n"), "up to 1, 4 of the spacing"),
     "rows of another run": (rows_of_another_run, "are matrix, row map and deck of one run?"),
     "rows of another mesh": (rows_of_another_mesh, "110 of 226 rows are of nodes that are none of the deck, first 11018"),
-    "another shape": (placed(lambda x, y: (x, 2 * y - 1), range(1, 2000)), "meet resistance at 45 of 96 nodes inside"),
+    "another shape": (placed(lambda x, y: (x, 2 * y - 1), range(1, 2000)), "meet resistance at 45 of 96 nodes inside the model, most at 1077: are matrix, row map and deck of one run?"),
     "another unit": (changed('"punch.sti"', '"punch.sti"\nscale = 1000'), "is 'scale' right?"),
     "seconds for milliseconds": (slower_clock, "covers 0.19 % of the period of 1000"),
     "an alias": (push(WAVE.replace("order = 1", "order = 48")), "its 48 load step(s) do not show its harmonic of order 48: more than 96 'steps' do"),

@@ -120,9 +120,12 @@ def test_every_way_to_say_a_load_is_the_same_load(tmp_path, old, new):
     path = configured(
         tmp_path, 'file = "k"', TAIL.replace(old, new), k=writers.abaqus_matrix(K, DOFS), load=load
     )
+    path.write_text(
+        path.read_text().replace("friction = 0.4\n", "").replace("[contact]", "[contact]\nfriction = 0.4")
+    )
     found = import_model(path)
     assert found.condensation.held == 2
-    for key in ("q_w", "p_w"):
+    for key in ("q_w", "p_w", "f"):
         expected = getattr(expected_problem(), key)
         np.testing.assert_allclose(getattr(found.problem, key), expected, atol=1e-12)
 
@@ -135,6 +138,11 @@ def test_every_way_to_say_a_load_is_the_same_load(tmp_path, old, new):
         ("normal = [0.0, 1.0]", "", "one of 'normal' and 'normals'"),
         ("normal = [0.0, 1.0]", "normal = [0.0, 1.0]\naxes = [1, 1]", "two of 1, 2, 3"),
         ("normal = [0.0, 1.0]", "normals = [[0.0, 1.0], [0.0, 1.0, 0.0]]", "a list of n x 2 numbers"),
+        (
+            "normal = [0.0, 1.0]",
+            "directions = 1\nnormals = [[0, 1, 0], [0, 1, 0.5]]",
+            r"in direction 3 is 0 .*found \[0.0, 1.0, 0.5\]",
+        ),
         ("normal = [0.0, 1.0]", "normal = [0, 1]\nsurface = 'S'", "found 'normal' and 'surface'"),
         ("[[31, 1], [31, 2]]", "[[31, 7]]", "key 'fixed': expected a row for direction 7 of node 31"),
         ("[21, 1, 3.0]", "[99, 1, 3.0]", "key 'forces': expected a row for direction 1 of node 99"),
@@ -159,6 +167,7 @@ def test_one_thing_wrong_in_the_configuration_is_named(tmp_path, old, new, messa
         ('"check.dat"', '"stiffness.dat"', "a run of its own, found the file that the stiffness was"),
         ('"check.dat" }', '"check.dat", scale = -1.0 }', r"factor -1 \(wrong sign\)"),
         ("[5, 2, 0", "[50, 2, 0", "found node 50, direction 2"),
+        ('reactions = { file = "check.dat" }', "", "expected the keys 'displacements' and 'reactions'"),
     ],
 )
 def test_one_thing_wrong_in_the_reference_is_named(tmp_path, old, new, message):

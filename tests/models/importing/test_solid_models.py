@@ -8,6 +8,7 @@ import writers
 from calculix import ccx, needs_ccx
 from command import run
 from meshed_apart import LOADS
+from scipy.linalg import block_diag
 from scipy.sparse import csr_array
 
 from shakedown import ProblemError, UsageError, import_model
@@ -233,3 +234,9 @@ def test_nodes_of_incompatible_modes_are_no_strangers(tmp_path):
     first, second = found.evidence.bodies
     assert (len(first.free), len(first.nodes), len(second.nodes)) == (6, 24, 24 - 12)
     assert 0.0 < found.rigid_residual < np.inf
+    sti, dof = writers.calculix_storage(block_diag(K, K[:1, :1]), [*dofs.tolist(), (10**6, 1)])
+    (tmp_path / "job.sti").write_text(sti)
+    (tmp_path / "job.dof").write_text(dof)
+    other = import_model(configuration(tmp_path))  # one node too many: these are of another run
+    assert other.warnings[0].startswith("109 of 217 rows are of nodes that are none of the deck, first 49")
+    assert other.notes[1] == "1 part(s) of the model have no contact node, one of 1 node(s) from 1000000"
