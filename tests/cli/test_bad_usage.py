@@ -35,6 +35,7 @@ BAD = [
     ("solve receding-block --open=0,x", "--open: expected auto, none or node numbers like 0,3,7, found '0,x'"),
     ("solve receding-block --open=", "expected auto, none or node numbers"),
     ("solve receding-block --open=-1", "expected auto, none or node numbers"),
+    ("solve receding-block --open=1234567890", "expected auto, none or node numbers"),
     ("solve receding-block --open=99", "open nodes: expected node numbers from 0 to 32, found 99"),
     (f"solve receding-block --open={','.join(map(str, range(33)))}", "found all 33 open"),
     ("solve one-node-3d --initial given", "found given, of a problem with 0 given states"),

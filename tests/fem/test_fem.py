@@ -9,7 +9,6 @@ from dataclasses import replace
 import meshlane
 import numpy as np
 import pytest
-from bodies import STEEL, pair
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -20,6 +19,7 @@ from benchmarks.refinement import brick
 from shakedown import ProblemError
 from shakedown.fem import (
     BodyForce,
+    Displacement,
     ElasticBody,
     Material,
     Pressure,
@@ -30,6 +30,8 @@ from shakedown.fem import (
     contact_problem,
     read_mesh,
 )
+
+STEEL = Material(200e3, 0.3)
 
 
 def distorted(nx=4, ny=3, seed=0):
@@ -126,6 +128,18 @@ def test_an_inclined_plane_gives_the_same_problem(angle):
     np.testing.assert_allclose(inclined.kappa, flat.kappa, atol=1e-9 * np.abs(flat.kappa).max())
     np.testing.assert_allclose(inclined.q_w, flat.q_w, atol=1e-11)
     np.testing.assert_allclose(inclined.x, flat.x, atol=1e-12)
+
+
+def pair(n, lower_rows):
+    """Two blocks on each other, the upper one pressed and sheared through its top."""
+    loads = [
+        Displacement(boundary="top", x=0.0, y=-1e-3, history=1.0),
+        Displacement(boundary="top", x=2e-4, y=0.0, history=lambda t: np.sin(2 * np.pi * t)),
+    ]
+    above = ElasticBody(block_mesh(2.0, 1.0, 2 * n, n), STEEL, loads=loads)
+    mesh = block_mesh(2.0, 1.0, 2 * n, lower_rows, origin=(0.0, -1.0))
+    below = ElasticBody(mesh, STEEL, supports=[Support("bottom")])
+    return contact_problem(above, "bottom", 0.3, against=(below, "top"), steps=12)
 
 
 def test_elastically_similar_bodies_are_uncoupled():

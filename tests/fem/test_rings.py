@@ -9,6 +9,7 @@ from skfem import MeshQuad
 from shakedown import ProblemError
 from shakedown.fem import ElasticBody, Material, Pressure, RollingLoad, Support, contact_problem, ring_mesh
 from shakedown.joint.contact_surface import surface_of
+from shakedown.joint.places import strips
 
 STEEL = Material(210e3, 0.3)
 COUNT, RADIUS, BORE = 24, 40.0, 32.0
@@ -53,6 +54,21 @@ def test_the_ends_are_those_of_the_mesh(turn):
     """Also where the ends of an open ring are nearer to each other than two nodes elsewhere."""
     surface = surface_of(joint(sector(turn)))
     assert np.flatnonzero(surface.edge).tolist() == ([] if turn == 360.0 else [0, COUNT])
+
+
+@pytest.mark.parametrize("turn", [90.0, 200.0, 360.0])
+def test_without_edges_a_node_is_followed_by_the_nearest_ahead(turn):
+    """Nodes in any order, of two strips that face each other."""
+    problem = joint(sector(turn))
+    count, order = problem.n, np.random.default_rng(0).permutation(2 * problem.n)
+    places = np.vstack([problem.coordinates, 0.97 * problem.coordinates])[order]
+    found = strips(places, np.vstack([problem.tangent, -problem.tangent])[order])
+    assert len(found) == 2
+    for strip in found:
+        nodes = order[strip] % count
+        way = 1 if order[strip[0]] < count else -1
+        first = nodes[0] if turn == 360.0 else (count - 1 if way < 0 else 0)
+        np.testing.assert_array_equal(nodes, (first + way * np.arange(count)) % count)
 
 
 @pytest.mark.parametrize("order", [1, 2])

@@ -8,7 +8,7 @@ from joints_in_space import random_joint
 
 import shakedown
 from shakedown import UsageError, averaged
-from shakedown.joint.contact_surface import surface_of
+from shakedown.joint.contact_surface import contact_patches, normals_of, surface_of
 from shakedown.joint.hat_functions import coarsened, hat_functions, spread_knots
 
 GRID = np.stack(np.meshgrid(np.arange(7.0), np.arange(5.0), indexing="ij"), axis=-1).reshape(-1, 2)
@@ -68,6 +68,30 @@ def test_two_patches_that_face_each_other_share_no_hat():
     P = hat_functions(surface, knots)
     assert not P[:35, knots >= 35].any()
     assert not P[35:, knots < 35].any()
+
+
+def test_few_nodes_and_nodes_without_faces_have_their_patches():
+    line = np.column_stack([np.arange(4.0), np.zeros((4, 2))])
+    facing = np.repeat([[0.0, 0, 1], [0, 0, -1]], 2, axis=0)
+    assert [nodes.tolist() for nodes, _ in contact_patches(line, facing, None)] == [[0, 1], [2, 3]]
+    square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.4, 0.5, 0]])
+    both, faces = np.vstack([square, square + 9.0]), np.array([[0, 1, 2, 3], [5, 6, 7, 8]])
+    found = [(nodes.tolist(), own.tolist()) for nodes, own in contact_patches(both, None, faces)]
+    assert found == [([0, 1, 2, 3, 4], [[0, 1, 2, 3]]), ([5, 6, 7, 8, 9], [[0, 1, 2, 3]])]
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_normals_of_faces_are_twice_as_long_as_their_areas(side):
+    trapezoid = np.array([[0.0, 0, 0], [4, 0, 0], [3, 2, 0], [1, 2, 0]])
+    found = normals_of(trapezoid, np.tile([0, 0, side], (4, 1)), np.array([[0, 1, 2, 3], [0, 1, 2, -1]]))
+    np.testing.assert_allclose(found, [[0, 0, side * 2 * 6.0], [0, 0, side * 2 * 4.0]])
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1.0, 25.4])
+def test_half_as_many_knots_each_way_are_a_coarser_joint_in_any_unit(unit):
+    joint = coarsened(on_places(unit * GRID))
+    assert joint.n == coarsened(on_places(GRID)).n
+    assert 35 / 5 < joint.n < 35 / 2
 
 
 def test_slips_are_carried_along_where_the_tangents_turn():

@@ -154,6 +154,18 @@ def test_a_block_that_is_round_off_of_the_others_is_symmetric():
         Problem(A=A, B=np.zeros((2, 2)), C=1e5 * noise, **loop)
 
 
+def test_what_the_digits_of_a_stiffness_leave_open_is_accepted():
+    """Entries off by a share of themselves move an eigenvalue by that share of the row sum, here 20."""
+    A, loads = np.ones((20, 20)) - 0.01 * np.eye(20), {"q_w": np.ones((1, 20)), "p_w": np.ones((1, 20))}
+    assert Problem(A=A, B=0 * A, f=0.5, **loads, stiffness_accuracy=1e-3).n == 20
+    for a, accuracy, found in ((A, 1e-4, -0.01), (-np.eye(1), 1e-4, -1)):
+        one = {key: value[:, : len(a)] for key, value in loads.items()}
+        with pytest.raises(
+            ProblemError, match=f"positive semi-definite matrix, found the eigenvalue {found}$"
+        ):
+            Problem(A=a, B=0 * a, f=0.5, **one, stiffness_accuracy=accuracy)
+
+
 @pytest.mark.parametrize("kind", MALFORMED)
 def test_refused(tmp_path, kind):
     changes, message = MALFORMED[kind]

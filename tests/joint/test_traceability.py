@@ -12,7 +12,7 @@ import shakedown
 from shakedown import LoadCase, Problem, ProblemError, condense, load_problem, save_problem
 from shakedown.joint.constraints import loading, with_initial_gap
 from shakedown.joint.contact_zone import contact_zone
-from shakedown.joint.units import loads_in_words, units_at, units_of
+from shakedown.joint.units import LoadUnit, load_units, loads_in_words, units_at, units_of
 from shakedown.report.data_facts import headline, joint_facts
 from shakedown.studies.design_point import with_parameter
 
@@ -241,6 +241,26 @@ def test_units_of_each_load_make_the_loads_at_every_load_factor(load_factor):
     joint = Problem(**blocks, **loads)
     q, p = loading(joint).at(load_factor)
     np.testing.assert_allclose(units_at(joint, load_factor) @ unit, np.hstack([q, p]), atol=1e-13)
+
+
+def test_a_load_that_is_never_there_has_no_unit_of_its_own():
+    blocks = {
+        "A": [[2.0]],
+        "B": [[0.0]],
+        "f": 0.5,
+        "q_w": [[1.0], [-1.0]],
+        "p_w": [[3.0], [3.0]],
+        "units": "N, mm",
+    }
+    loads = {
+        "load_names": ["push", "heat"],
+        "load_mean": [0.0, 0.0],
+        "load_amplitude": [3.0, 5.0],
+        "load_units": ["kN", "K"],
+    }
+    acting = {"load_reactions": [[1.0, 0.0], [1.0, 1.0]], "load_history": [[1.0, 0.0], [-1.0, 0.0]]}
+    push, heat = load_units(Problem(**blocks, **loads, **acting))
+    assert (push.size, push.load, heat) == (3000.0, "N", LoadUnit())
 
 
 def test_a_joint_that_does_not_say_its_loads_has_no_words():

@@ -13,6 +13,7 @@ from shakedown.fem import Bolt, ElasticBody, Support, block_mesh, contact_proble
 
 HEAD = 'name = "M8"\npreload = 50.0\nhead = "TOP"\naxis = [0, 0, -1]'
 SHANK = f"{HEAD}\nstiffness = 4e5"
+MADE = "area = 1.0\nlength = 0.5\nyoung = 2e5"
 PRESSED = '[[load]]\nforces = [["TOP", 2, -10.0]]\nhistory = 1.0'
 SECTION = 'name = "M8"\npreload = 50.0\nsection = 900'
 PLATES = 'pairs = ["UPPER", "LOWER"]'
@@ -53,6 +54,9 @@ def test_a_shank_is_that_of_a_joint_from_meshes(folder):
     size = np.abs(expected.kappa).max()
     np.testing.assert_allclose(made.problem.kappa, expected.kappa, rtol=0, atol=1e-10 * size)
     own, theirs = made.problem.load_reactions, expected.load_reactions
+    slack = import_model(configuration(folder, f"{HEAD}\nstiffness = 0")).problem
+    alone = contact_problem(upper, "bottom", 0.4, against=(lower, "top"))
+    np.testing.assert_allclose(slack.kappa, alone.kappa, rtol=0, atol=1e-10 * size)
     ratio = own[2] @ theirs[2] / (theirs[2] @ theirs[2])
     assert ratio > 50.0  # tightened against a contact that gives way
     np.testing.assert_allclose(own[2], ratio * theirs[2], rtol=0, atol=1e-9 * np.abs(own[2]).max())
@@ -92,12 +96,15 @@ def test_in_the_plane_a_shank_stands_across_the_line_of_its_head(tmp_path):
     upper = ElasticBody(block_mesh(2.0, 1.0, 2, 1, origin=(0.0, 1.0)), STEEL)
     lower = ElasticBody(block_mesh(2.0, 1.0, 3, 1), STEEL, supports=[Support("bottom")])
     write(tmp_path, upper, lower, {"NUT": lambda x: x[:, 0] > 0.5})
-    bolt = "[[bolt]]\n" + SHANK.replace("axis = [0, 0, -1]", 'nut = "LOWER_NUT"')
+    bolt = "[[bolt]]\n" + SHANK.replace("axis = [0, 0, -1]", 'nut = "LOWER_NUT"').replace("50.0", "51.23456")
     made = import_model(
         meshed_apart.configuration(tmp_path, 'surfaces = ["UPPER", "LOWER"]', bolt, loads=PRESSED)
     )
-    assert "carries 50 along (0, -1, 0) once tightened" in made.notes[-1]
-    np.testing.assert_allclose(made.loads[1].contact, [0.0, 50.0], atol=1e-10)
+    assert made.notes[-1] == (
+        "bolt 'M8' carries 51.23 along (0, -1, 0) once tightened; while the contact stays closed and sticks, "
+        "'load 1' adds -13.8 at factor 1"
+    )
+    np.testing.assert_allclose(made.loads[1].contact, [0.0, 51.23456], atol=1e-10)
 
 
 def test_a_section_of_the_deck_is_a_shank(folder):
@@ -119,7 +126,7 @@ def test_preload_comes_at_assembly_and_can_be_varied(folder):
     more = import_model(path, changes={"bolt.1.preload": 100.0}, before=made)
     assert more.condensation is made.condensation
     np.testing.assert_allclose(more.problem.load_reactions[2], 2 * made.problem.load_reactions[2])
-    given = SHANK.replace("stiffness = 4e5", "area = 20.0\nlength = 10.5\nyoung = 210e3")
+    given = SHANK.replace("stiffness = 4e5", MADE)
     other = import_model(configuration(folder, given)).problem
     np.testing.assert_allclose(other.kappa, made.problem.kappa, atol=1e-9 * np.abs(other.kappa).max())
 
@@ -128,6 +135,8 @@ def test_preload_comes_at_assembly_and_can_be_varied(folder):
     ("bolts", "job", "said"),
     [
         ((SHANK + "\narea = 1.0",), "job", "found 'stiffness', 'area'"),
+        ((SHANK.replace("4e5", "-1"),), "job", "key 'stiffness': expected a number > 0, found -1"),
+        ((f"{HEAD}\n{MADE.replace('1.0', '0')}",), "job", "key 'area': expected a number > 0, found 0"),
         ((SHANK.replace("preload = 50.0", ""),), "job", "key 'preload': expected a force >= 0, found none"),
         (
             (SHANK.replace("axis = [0, 0, -1]", ""),),

@@ -193,3 +193,10 @@ def test_what_cannot_be_meant_is_refused(feet, contact, said):
         import_model(configuration(feet, contact))
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_a_list_of_coefficients_is_of_one_patch(feet):
+    with pytest.raises(
+        ProblemError, match="expected a number, for patches that have none of their own, found several"
+    ):
+        import_model(configuration(feet, BOTH, friction=[0.1, 0.2]))
