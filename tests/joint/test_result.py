@@ -230,6 +230,16 @@ def test_a_table_of_nodes_names_them():
 
 
 def test_tables_have_the_rows_that_one_expects():
+    assert made("rows").to_frame().columns.tolist()[30:] == [
+        "G[30]",
+        "G[31]",
+        "G[32]",
+        "d",
+        "g",
+        "node",
+        "side",
+        "step",
+    ]
     assert made("limit").to_frame().columns.tolist() == ["scanned", "outcomes"]
     assert len(made("critical").to_frame()) == made("critical").regular
     assert len(made("verification").to_frame()) == len(made("verification").runs)

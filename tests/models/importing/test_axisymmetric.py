@@ -136,8 +136,8 @@ def test_the_deck_says_which_code_wrote_the_matrix(ring, line, factor):
 
 def test_where_it_lies_along_its_axis_does_not_matter(ring):
     expected, deck = import_model(ring / "import.toml"), (ring / "ring.inp").read_text().partition("*ELEMENT")
-    nodes = re.sub(r"^(\d+, [\d.]+), (\d)$", r"\1, 1000\2", deck[0], flags=re.MULTILINE)
-    assert nodes.count(", 1000") == 26
+    nodes = re.sub(r"^(\d+, [\d.]+), (\d)$", r"\1, 100000\2", deck[0], flags=re.MULTILINE)
+    assert nodes.count(", 100000") == 26
     (ring / "ring.inp").write_text("".join([nodes, *deck[1:]]))
     made = import_model(ring / "import.toml")
     assert made.warnings == expected.warnings == ()

@@ -1,6 +1,7 @@
 """Models that are subtly wrong: each is refused in one line, or warned of wherever its numbers are shown."""
 
 import re
+from importlib.resources import files
 
 import pytest
 from command import document, run
@@ -9,6 +10,7 @@ import shakedown
 from shakedown import ProblemError, import_model
 from shakedown.models.importing.templates import write_import_example
 
+EXAMPLE = files("shakedown.models.importing") / "example"
 UP = "normals = [[0, 1], [0, 1], [0, 1], [0, 1], [0, 1], [0, 1], [0, 1], [0, 1], [0, 1]]"
 SETS = '"PUNCH_FOOT", "BLOCK_TOP"'
 
@@ -91,6 +93,13 @@ def slower_clock(text, deck):
     return text.replace(WAVE, file.replace("0.002", "1e3"), 1), deck, ("h.csv", f"t,f\n{rows}")
 
 
+def one_entry_damaged(text, deck):
+    """A diagonal entry in the middle of the block is twice as large."""
+    rows = [line.split() for line in EXAMPLE.joinpath("punch.sti").read_text().splitlines()]
+    rows = [(i, j, 2 * float(value) if i == j == "150" else value) for i, j, value in rows]
+    return text, deck, ("changed.sti", "".join("{} {} {}\n".format(*row) for row in rows))
+
+
 REFUSED = {
     "a missing file": (changed('"punch.sti"', '"none.sti"'), r"stiffness: key 'file': .*none\.sti: no such file"),
     "a history and a range": (changed("history = 1.0", "range = [0, 1]\nhistory = 1.0"), r"load \d: expected one of the keys 'history' and"),
@@ -121,6 +130,7 @@ WARNED = {
     "rows of another run": (rows_of_another_run, "are matrix, row map and deck of one run?"),
     "rows of another mesh": (rows_of_another_mesh, "110 of 226 rows are of nodes that are none of the deck, first 11018"),
     "another shape": (placed(lambda x, y: (x, 2 * y - 1), range(1, 2000)), "meet resistance at 45 of 96 nodes inside the model, most at 1077: are matrix, row map and deck of one run?"),
+    "one entry damaged": (one_entry_damaged, "meet resistance at 1 of 96 nodes inside the model, most at 1047: springs, or damaged entries?"),
     "another unit": (changed('"punch.sti"', '"punch.sti"\nscale = 1000'), "is 'scale' right?"),
     "seconds for milliseconds": (slower_clock, "covers 0.19 % of the period of 1000"),
     "an alias": (push(WAVE.replace("order = 1", "order = 48")), "its 48 load step(s) do not show its harmonic of order 48: more than 96 'steps' do"),

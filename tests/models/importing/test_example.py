@@ -1,4 +1,4 @@
-"""The example, the tutorial and a block through CalculiX: every number of them, what problems keep, loads in words."""
+"""The example, the tutorial and CalculiX's block, imported and by the command: all numbers, what problems keep, loads in words."""
 
 import hashlib
 import json
@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import writers
 from calculix import ccx, needs_ccx
-from command import run
+from command import document, refused, run
 from model_files import BLOCK
 
 import shakedown
@@ -21,7 +21,7 @@ from shakedown.joint.units import loads_in_words
 from shakedown.models.condensation.condense import condensed_stiffness
 from shakedown.models.condensation.load_case import histories, stated_loads
 from shakedown.models.importing.import_model import import_problem
-from shakedown.models.importing.templates import write_import_example
+from shakedown.models.importing.templates import import_template, write_import_example
 from shakedown.models.readers.formats import read_any_mesh, read_stiffness
 
 
@@ -73,14 +73,11 @@ HISTORIES = ("history = 1.0 ", "history = { harmonics = [{ order = 1, sin = 1.0 
 
 
 @pytest.fixture
-def stated(tmp_path):
+def stated(example):
     """The example, its loads with units: the first is constant, the second a wave, the third plain."""
-    write_import_example(tmp_path)
-    text = (tmp_path / "import.toml").read_text()
-    text = text.replace(HISTORIES[0], f'unit = "kN"\nvalue = 0.7\n{HISTORIES[0]}')
-    text = text.replace(HISTORIES[1], f'unit = "N"\nvalue = -70\nmean = 0.5\n{HISTORIES[1]}')
-    (tmp_path / "import.toml").write_text(text)
-    return tmp_path / "import.toml"
+    text = example.read_text().replace(HISTORIES[0], f'unit = "kN"\nvalue = 0.7\n{HISTORIES[0]}')
+    example.write_text(text.replace(HISTORIES[1], f'unit = "N"\nvalue = -70\nmean = 0.5\n{HISTORIES[1]}'))
+    return example
 
 
 def test_units_and_values_become_means_and_amplitudes(stated, tmp_path):
@@ -282,14 +279,6 @@ NTOP,1,2
 """
 
 
-@pytest.fixture
-def deck(tmp_path):
-    for file in BLOCK.glob("*.in[cp]"):
-        shutil.copy(file, tmp_path)
-    shutil.copy(BLOCK / "import.toml", tmp_path)
-    return tmp_path
-
-
 def same_block():
     """The mesh of the deck in scikit-fem: bilinear, plane strain, 0.25 deep."""
     body = ElasticBody(
@@ -299,7 +288,8 @@ def same_block():
 
 
 @needs_ccx
-def test_calculix_and_scikit_fem_agree_on_a_b_c(deck):
+def test_calculix_and_scikit_fem_agree_on_a_b_c(tmp_path):
+    deck = Path(shutil.copytree(BLOCK, tmp_path, dirs_exist_ok=True))
     (deck / "dense.inc").write_text(
         (deck / "mesh.inc").read_text().replace("*SOLID SECTION", "*DENSITY\n1.\n*SOLID SECTION")
     )
@@ -342,3 +332,70 @@ def test_a_substructure_is_taken_where_that_is_accepted(tmp_path):
     assert "found 56 of 81 node pairs" in said
     config.write_text(f'accept = ["{words}"]\n{about}{contact}')
     assert shakedown.import_model(config).warnings == ()
+
+
+def test_import_writes_the_problem_and_says_where_it_came_from(tmp_path):
+    code, out, err = run("import", str(BLOCK / "import.toml"), "-o", str(tmp_path / "b.npz"))
+    assert (code, err) == (0, "")
+    assert "9 nodes, 48 load steps" in out
+    assert "read from reactions to unit displacements 0 rows condensed, 0 held" in " ".join(out.split())
+    assert "agrees with static run" in out
+    made, reference = shakedown.load_problem(tmp_path / "b.npz"), shakedown.load_problem(BLOCK / "block.npz")
+    np.testing.assert_allclose(made.p_w, reference.p_w, rtol=1e-14)
+    result = document("import", str(BLOCK / "import.toml"), "-o", str(tmp_path / "b.npz"))
+    labels = [str(k) for k in range(1, 10)]
+    known = {"name": "CalculiX block, 9 contact nodes", "n": 9, "m": 48, "labels": labels, "units": "N, mm"}
+    assert result["problem"] == known
+    assert result["rows"] == {"contact": 18, "condensed": 0, "held": 0}
+    assert (result["zero_modes"], result["notes"]) == (0, [])
+    assert result["static_run"] < 2e-6
+
+
+def test_a_template_is_shown_or_written_once(tmp_path):
+    code, out, err = run("import", "--template", "abaqus")
+    assert (code, err) == (0, "")
+    assert out == import_template("abaqus")
+    assert run("import", "--template", "abaqus", "-o", str(tmp_path / "c.toml"))[0] == 0
+    assert (tmp_path / "c.toml").read_text() == out
+    words = ("import", "--template", "ansys", "-o", "c.toml")
+    refused(*words, cwd=tmp_path, message="expected no such file, found one")
+    assert (tmp_path / "c.toml").read_text() == out
+
+
+def test_check_shows_what_is_read_and_writes_nothing(example, tmp_path):
+    before, config = sorted(tmp_path.rglob("*")), str(example)
+    code, out, err = run("import", config, "--check", "-o", str(tmp_path / "p.npz"))
+    assert (code, err) == (0, "")
+    assert sorted(tmp_path.rglob("*")) == before
+    assert out.splitlines()[1].startswith("GO ON: no warnings.")
+    for words in (
+        "5/1077",
+        "first body 45 nodes 9 in contact; free but for the contact: along x, along y,",
+        "second body 68 nodes 9 in contact; held by supports",
+        "asymmetry",
+        "rigid motions 3 of the contact nodes, without resistance",
+        "read punch.sti",
+    ):
+        assert words in " ".join(out.split())
+    lines = [line.split() for line in out.splitlines()]
+    for words in (
+        "applied, first body 70 0 -70",  # about the middle of the contact, 1 mm below
+        "contact, first body -70 0 70",
+        "supports, second body -70 0 70",
+    ):
+        assert words.split() in lines
+    assert all(len(line) <= 80 for line in out.splitlines())
+    found = document("import", config, "--check")
+    assert found["file"] is None
+    assert found["nodes"][4] == "5/1077"
+    assert found["loads"][0]["applied"] == [0.0, -700.0]
+    assert found["normals"] == [[0.0, 1.0]] * 9
+    assert len(found["sources"]["punch.sti"]) == 64
+
+
+def test_a_picture_is_drawn(tmp_path):
+    assert run("import", "--template", "example", "-o", "punch", cwd=tmp_path)[0] == 0
+    words = ("import", "punch/import.toml", "--check", "--picture")
+    assert run(*words, "p.png", cwd=tmp_path)[0] == 0
+    assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
+    refused(*words, "p.nonsense", cwd=tmp_path, message="expected a name that ends in .png")
