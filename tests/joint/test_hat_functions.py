@@ -54,6 +54,7 @@ def test_hats_of_a_patch_are_not_negative_and_give_back_linear_slips(places):
     assert (P >= 0).all()
     assert np.allclose(P.sum(axis=1), 1.0, rtol=1e-12)
     inside = ~surface.edge & (np.abs(places - places.mean(axis=0)).max(axis=1) < np.ptp(places) / 4)
+    assert inside.any()
     slope = places @ np.array([0.3, -1.1])
     assert np.allclose((P @ slope[P.argmax(axis=0)])[inside], slope[inside], atol=1e-6)
 
