@@ -16,7 +16,7 @@ from shakedown.bounds.scaled_solution import UnscaledSolution
 from shakedown.ground.constants import FloatArray
 from shakedown.ground.errors import Missing
 from shakedown.ground.tolerances import Tolerances
-from shakedown.joint.constraints import loading, no_mean
+from shakedown.joint.constraints import loading
 from shakedown.joint.law import Law
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
@@ -219,7 +219,7 @@ def proof_of(problem: Problem, rows: DiscRows) -> Proof:
         constant = plain
         if mean is None:
             sums = np.array([fsum(column) for column in samples.T.tolist()])
-            constant = np.where(no_mean(samples, plain), 0.0, sums / len(samples))
+            constant = np.where(plain != 0.0, sums / len(samples), 0.0)
         moving = periodic.any(axis=0)
         parts.append((constant, np.where(moving, samples - constant, 0.0), moving.astype(float)))
     c, e, varies = (triples(law, q, p) for q, p in zip(*parts, strict=True))

@@ -17,7 +17,6 @@ from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import NO_STIFFNESS, RigidSlips, free_stiffness, rigid_slips
 
 LARGEST_FORCE = 1e150  # its square is still finite
-MEAN_ROUND_OFF = 4 * np.finfo(float).eps  # round-off of a mean, relative to the largest sample
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,7 +55,8 @@ class Loading(Result):
 def loading(problem: Problem) -> Loading:
     """Split the loading loop of a problem into its constant and its periodic part; done once per problem.
 
-    A mean that is the round-off of its sum alone is zero.
+    What is less than the round-off of the largest load of its node is zero, and so is what varies by no more.
+    Tangential loads of nodes without friction, which no slip could follow, count beside those of all nodes.
 
     Examples
     --------
@@ -65,7 +65,11 @@ def loading(problem: Problem) -> Loading:
     >>> loop.q0.round(6), loop.p0.round(6)
     (array([  15.8, -400. ]), array([ 588.5, 1300. ]))
     """
-    (q0, q1), (p0, p1) = _split(problem.q_w, problem.q_mean), _split(problem.p_w, problem.p_mean)
+    q, p = np.abs(problem.q_w).max(axis=0), np.abs(problem.p_w).max(axis=0)
+    noise = ROUND_OFF * np.maximum(problem.layout.by_node(q).max(axis=-1), p)
+    along = np.where(problem.f > 0, noise, noise.max()).repeat(problem.directions)
+    q0, q1 = _split(problem.q_w, problem.q_mean, along)
+    p0, p1 = _split(problem.p_w, problem.p_mean, noise)
     return Loading(q0, p0, q1, p1)
 
 
@@ -185,19 +189,12 @@ def changed_loads(
     return found
 
 
-def no_mean(samples: FloatArray, mean: FloatArray) -> NDArray[np.bool_]:
-    """The columns (k,) of samples (m, k) whose mean is nothing but the round-off of their sum."""
-    return np.asarray(np.abs(mean) <= MEAN_ROUND_OFF * np.abs(samples).max(axis=0))
-
-
-def _split(samples: FloatArray, given: FloatArray | None) -> tuple[FloatArray, FloatArray]:
+def _split(samples: FloatArray, given: FloatArray | None, noise: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The mean of samples, or the given one, and their departure from it; round-off of both is zero."""
     mean = samples.mean(axis=0) if given is None else given
-    if given is None:
-        mean = np.where(no_mean(samples, mean), 0.0, mean)
+    mean = np.where(np.abs(mean) <= noise, 0.0, mean)
     periodic = samples - mean
-    size = np.maximum(np.abs(samples).max(axis=0), np.abs(mean))
-    periodic[:, np.abs(periodic).max(axis=0) <= MEAN_ROUND_OFF * size] = 0.0
+    periodic[:, np.abs(periodic).max(axis=0) <= noise] = 0.0
     return mean, periodic
 
 

@@ -8,11 +8,11 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from shakedown.ground.argument_kinds import checked
-from shakedown.ground.constants import NEGLIGIBLE, FloatArray
+from shakedown.ground.constants import NEGLIGIBLE, ROUND_OFF, FloatArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.shown_values import FEW_DIGITS, down, few, up
 from shakedown.joint.arguments import once_per_problem, require_problem
-from shakedown.joint.constraints import MEAN_ROUND_OFF, loading
+from shakedown.joint.constraints import loading
 from shakedown.joint.problem import AXES, NamedLoad, Problem
 
 FORCES = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6, "GN": 1e9, "daN": 10.0, "kgf": 9.80665}  # in N
@@ -344,7 +344,7 @@ def _steps_in_doubt(problem: Problem) -> Iterator[str]:
     """A load step that is there twice, or out of its order."""
     jump = 5.0  # times the usual distance of load steps: a step so far from both neighbours may be misplaced
     path = np.hstack([problem.q_w, problem.p_w])
-    noise = MEAN_ROUND_OFF * np.abs(path).max()
+    noise = ROUND_OFF * np.abs(path).max()
     onwards = np.abs(np.roll(path, -1, axis=0) - path).max(axis=1)
     if problem.is_domain or problem.m < 3 or onwards.max() <= noise:
         return

@@ -48,6 +48,20 @@ def test_no_slip_is_safe_where_a_node_without_friction_is_drawn_to_and_fro(d):
     assert shakedown.upper_bound(replace(joint, q_w=np.tile(joint.q_w[:, :d], 2))).load_factor == 0.0
 
 
+@pytest.mark.parametrize("size", [1e-16, 1e-14])
+@pytest.mark.parametrize("d", [1, 2])
+def test_round_off_of_the_loads_draws_no_node_to_and_fro(d, size):
+    joint, rng = two_nodes(d, swing=0.5), np.random.default_rng(d)
+    noisy = replace(
+        joint,
+        **{k: v + size * rng.uniform(-1, 1, v.shape) for k, v in (("q_w", joint.q_w), ("p_w", joint.p_w))},
+    )
+    for bound in (shakedown.upper_bound, shakedown.universal_bound, shakedown.energy_bound):
+        assert bound(noisy).load_factor == pytest.approx(bound(joint).load_factor, rel=1e-12, nan_ok=True)
+    low, high = shakedown.upper_bound(noisy).certified
+    assert low == pytest.approx(2.0, rel=1e-12) and high == pytest.approx(2.0, rel=1e-12)
+
+
 @pytest.mark.parametrize("d", [1, 2])
 @pytest.mark.parametrize(
     ("swing", "outcome"), [(0.9, "shakedown"), (1.0, "shakedown"), (1.001, "separation"), (3.0, "separation")]
