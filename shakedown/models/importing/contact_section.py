@@ -227,12 +227,12 @@ def contact_nodes(table: TomlTable, mesh: Mesh) -> tuple[IntArray, bool]:
     Raises
     ------
     ProblemError
-        If there are neither or both, a set is unknown, or the nodes of two sets do not lie on each other.
+        If there are neither or both, other keys contradict them, a set is unknown, or the nodes of two sets
+        do not lie on each other.
     """
-    if table.has("nodes") == table.has("pairs"):
-        found = "both" if table.has("nodes") else "neither"
-        raise table.unfit("one of the keys 'nodes', 'pairs' and 'surfaces'", found)
-    key = "nodes" if table.has("nodes") else "pairs"
+    key = table.one_of("nodes", "pairs", "one of the keys 'nodes', 'pairs' and 'surfaces'")
+    if key == "pairs" and table.has("tied"):
+        raise table.unfit("no key 'tied' beside 'pairs', whose second nodes are known", "both")
     value, where = table.content[key], table.at(key)
     if key == "nodes" and isinstance(value, str):
         return nodes_of(mesh, str(table.text(key)), where), True
@@ -325,10 +325,7 @@ def _initial_gap(table: TomlTable, contact: ContactSection, mesh: Mesh, files: I
         gap = np.array(table.number("gap", 0.0))
     else:
         source = table.table("gap")
-        if source.has("nodes") == source.has("file"):
-            found = "both" if source.has("nodes") else "neither"
-            raise source.unfit("one of the keys 'nodes' and 'file'", found)
-        if source.has("nodes"):
+        if source.one_of("nodes", "file", "one of the keys 'nodes' and 'file'") == "nodes":
             return _gap_of_nodes(table, source, contact, mesh)
         name, column = str(source.text("file")), source.key_of_column("column") or 1
         source.done()

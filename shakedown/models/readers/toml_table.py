@@ -189,6 +189,12 @@ class TomlTable:
         """The refusal of a table as a whole."""
         return unfit(self.where, expected, found)
 
+    def one_of(self, first: str, second: str, expected: str) -> str:
+        """Which of two keys is there; a table with both or neither is refused."""
+        if self.has(first) == self.has(second):
+            raise self.unfit(expected, "both" if self.has(first) else "neither")
+        return first if self.has(first) else second
+
     def done(self) -> None:
         """Refuse keys that were never taken."""
         if self.content:

@@ -111,6 +111,7 @@ REFUSED = {
     "friction of nodes in no known order": (changed("friction = 0.3", f"friction = {[0.1, 0.5, 0.9] * 3}"), "no list beside sets of nodes, whose order"),
     "one pair on which the body turns": (contact("pairs = [[5, 1077]]\nnormal = [0, 1]"), "the welded contact hold, found that it can move"),
     "a load that stands for nothing": (changed("history = 1.0", "history = 1.0\nvalue = 0"), "not 0, found 0"),
+    "a node tied to each first one of a pair": (changed("[contact]", f"[contact]\ntied = {[*range(1073, 1082)]}"), r"contact\]?: expected no key 'tied' beside 'pairs', .* found both"),
     "a normal of no length": (contact(f"pairs = {labels()}\nnormal = [0, 0]"), "'normal': expected vectors of length"),
     "bodies into each other": (placed(lambda x, y: (x, 2 - y)), "faces of the second body that look at those of the first"),
 }  # fmt: skip
