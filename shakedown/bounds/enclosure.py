@@ -413,11 +413,9 @@ def enclosed(
     if not proof.inverse.proved:
         return Missing("the tangential stiffness is too nearly singular to prove the balance of multipliers")
     high = proved_high(proof, rows.with_pressures(best.y, best.z), multipliers, tolerances)
-    return (
-        (low, high)
-        if np.isfinite(high)
-        else Missing("no multipliers were found that prove more than their rounding errors")
-    )
+    if not np.isfinite(high):
+        return Missing("no multipliers were found that prove more than their rounding errors")
+    return low, high
 
 
 Near = list[tuple[FloatArray, float]]  # points with slack: slips and their load factors, or multipliers

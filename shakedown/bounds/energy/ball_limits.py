@@ -242,7 +242,8 @@ class BallLimits:
     @property
     def hold_below(self) -> bool:
         """Whether limits that hold at a load factor hold at every smaller one."""
-        return bool((self.d[:, 0] >= np.hypot(self.d[:, 1], self.d[:, 2])).all() and (self.rows.d >= 0).all())
+        along = self.stretch[self.node] * np.hypot(self.d[:, 1], self.d[:, 2])
+        return bool((self.d[:, 0] >= along).all() and (self.rows.d >= 0).all())
 
     def shared(self, share: FloatArray) -> "BallLimits":
         """The same limits with other shares."""

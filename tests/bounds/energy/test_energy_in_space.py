@@ -176,3 +176,23 @@ def test_transient_steps_are_further_ones_without_load_factor():
     assert harder.status == "infeasible" or harder.load_factor < plain.load_factor
     ball = energy_ball(replace(problem, q_transient=q, p_transient=p), 0.1, transient=False, split=False)
     assert ball.radius == pytest.approx(energy_ball(problem, 0.1, split=False).radius, rel=1e-9)
+
+
+def test_limits_that_hold_below_a_load_factor_do_so_with_their_shares():
+    """With p = f p = 1 − λ and q = 0.9 (λ − 1): at λ = 1 both vanish, and a |q| > f p below where a > 1 / 0.9."""
+    joint = Problem(
+        A=2.0 * np.eye(2),
+        B=[[0.0, 0.0]],
+        f=1.0,
+        q_w=[[0.9, 0.0]],
+        p_w=[[0.0]],
+        q_mean=[0.0, 0.0],
+        p_mean=[1.0],
+    )
+    limits, slip, found = ball_limits(contact_zone(joint, ())), np.array([-0.45, 0.0]), []
+    for share in (0.0, 0.9):
+        shared = limits.shared(np.array([[share, 0.0]]))
+        assert shared.slack(slip, 1.0) == pytest.approx(0.0, abs=1e-15)
+        found.append(bool((shared.slack(slip, 0.0) >= 0).all()))
+        assert shared.hold_below == found[-1]
+    assert found == [True, False]
