@@ -569,7 +569,7 @@ def save_node_instants(
     if not isinstance(settled, LongTermState) or not settled.period:
         raise UsageError("save_node_instants: expected a steady period from event to event, found none")
     times = np.linspace(max(float(history.cycle[0]), 0.0), float(history.cycle[-1]), instants)
-    at = history.at(times)
+    at = history.without_round_off(problem).at(times)
     fixed = fixed_numbers(labels_of(problem), normals_of(problem))
     numbers = [fixed | _numbers(problem, at, row) for row in range(instants)]
     points, phase = points_of(coordinates_of(problem)), np.linspace(0.0, 1.0, instants)

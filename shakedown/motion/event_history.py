@@ -6,7 +6,7 @@ The friction law at every instant of a recorded path.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Self
 
@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from shakedown.ground.constants import NEGLIGIBLE, FloatArray
 from shakedown.ground.errors import UsageError
-from shakedown.ground.status import OPEN
+from shakedown.ground.status import OPEN, STICK
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.motion.checked_law import law_violation, reactions, scales
+from shakedown.motion.checked_law import law_violation, path_resolution, reactions, scales, scales_of
 from shakedown.motion.course import EventKind
 from shakedown.motion.space.space_run import DEGREE
 
@@ -86,21 +86,23 @@ class EventHistory(Result):
         """The path with enough rows for linear interpolation; without curves the path itself."""
         return self
 
-    def slips(self, tolerances: Tolerances = DEFAULT) -> NDArray[np.bool_]:
-        """Whether slips in contact exceed round-off over the path, one per column of ``v``.
+    def without_round_off(self, problem: Problem, tolerances: Tolerances = DEFAULT) -> Self:
+        """The same path, on which nodes stick that slip by no more in all than what counts as none.
 
         A node that comes to its limit and no further is there in the state of a slip: whether it is
-        depends on the last bit. What it slips then, up to ``periodicity`` of the largest slip, is none.
+        depends on the last bit.
 
         Examples
         --------
         >>> import shakedown
         >>> joint = shakedown.example("two-node")
-        >>> shakedown.long_term_state(joint, 0.9, [2.0, 1.0]).history.slips()
+        >>> path = shakedown.long_term_state(joint, 0.9, [2.0, 1.0]).history
+        >>> path.without_round_off(joint).state.any(axis=0)
         array([False,  True])
         """
-        slip = np.where(self.state[:-1] != OPEN, np.abs(np.diff(self.v, axis=0)), 0.0).sum(axis=0)
-        return np.asarray(slip > tolerances.periodicity * np.abs(self.v).max(initial=0.0))
+        slip = np.where(self.state[:-1] != OPEN, problem.law.size(np.diff(self.v, axis=0)), 0.0).sum(axis=0)
+        none = 4.0 * path_resolution(problem, tolerances) * scales_of(problem, self.q_w, self.p_w).length
+        return replace(self, state=np.where((slip <= none) & (self.state != OPEN), STICK, self.state))
 
     def at(self, cycle: FloatArray) -> "EventHistory":
         """The exact states at given times in cycles, by linear interpolation or on the curves between rows.
@@ -237,8 +239,7 @@ def path_violation(
     at_rest = open_at_all | (history.kind[1:] == EventKind.JUMPS)[:, None]
     slip = np.where(at_rest, 0.0, np.diff(history.v, axis=0))
     q, p = reactions(problem, history.q_w, history.p_w, history.v, history.w)
-    at_end = law_violation(problem.f, q[1:], p[1:], history.w[1:], slip, scale)
-    return float(at_end.max(initial=0.0))
+    return float(law_violation(problem.f, q[1:], p[1:], history.w[1:], slip, scale).max(initial=0.0))
 
 
 def curved_violations(

@@ -15,7 +15,7 @@ from shakedown.assessment.transient_limit import SlipLimit
 from shakedown.ground.constants import NEGLIGIBLE, ROUND_OFF, FloatArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import DIGITS, few, with_unit
-from shakedown.ground.status import OPEN
+from shakedown.ground.status import OPEN, STICK
 from shakedown.joint.arguments import require_plane, require_problem
 from shakedown.joint.contact_surface import flanks
 from shakedown.joint.problem import Problem
@@ -422,7 +422,7 @@ def _mark_limits(axes: Axes, path: EventHistory, problem: Problem, x: FloatArray
     """Dots where a node that never slips is at its limit; the entry of the legend, if there are any."""
     limit = problem.law.limit(path.p)
     noise = NEGLIGIBLE * float(np.abs(limit).max())
-    still = ~path.slips() & (path.state != OPEN).all(axis=0)
+    still = (path.state == STICK).all(axis=0)
     rows, nodes = np.nonzero(still & (np.abs(np.abs(path.q) - limit) <= noise) & (limit > noise))
     # visible on “stick” and on the page, light or dark
     look: dict[str, Any] = {"color": "#D01C8B", "ms": 3, "label": "at the limit, not slipping"}

@@ -158,7 +158,7 @@ def friction_use_at(
     >>> axes.get_legend().get_texts()[0].get_text()
     'limit |q| = f p'
     """
-    path, places = recorded_path(result), places_of(problem, patch)
+    path, places = recorded_path(result).without_round_off(problem), places_of(problem, patch)
     now, title = paths.at_instant(path, cycle, sheared=True)
     q, state = problem.layout.by_node(now.q)[0][places.nodes], now.state[0][places.nodes]
     axes, scale = patch_axes(places, ax, ROOM * places.spacing), 0.5 * LONGEST * places.spacing
@@ -195,8 +195,8 @@ def zones_at(
     't = 0 cycles: 4 stick, 0 slip, 0 open'
     """
     kinds = ((STICK, "stick", "s", style.BLUE), (SLIP, "slip", "o", style.RED), (OPEN, "open", "o", "none"))
-    now, title = paths.at_instant(recorded_path(result), cycle, sheared=True)
-    places = places_of(problem, patch)
+    path, places = recorded_path(result).without_round_off(problem), places_of(problem, patch)
+    now, title = paths.at_instant(path, cycle, sheared=True)
     state = np.abs(now.state[0])[places.nodes]
     axes = patch_axes(places, ax, ROOM * places.spacing)
     # diameter [points]: about 75 in a row fill a panel

@@ -35,7 +35,7 @@ def path_in_the_plane(result: Recorded, problem: Problem | None) -> EventHistory
     path = recorded_path(result)
     if path.v.shape != path.p.shape:
         raise UsageError(in_the_plane_only("picture"))
-    return path
+    return path if problem is None else path.without_round_off(problem)
 
 
 def pressed(problem: Problem, path: EventHistory) -> NDArray[np.bool_]:

@@ -10,6 +10,7 @@ from matplotlib.quiver import Quiver
 
 import shakedown
 from shakedown import plot
+from shakedown.ground.status import SLIP
 from shakedown.joint.constraints import loading
 from shakedown.models.condensation.contact_frame import tangent_pairs
 from shakedown.plot.patch_places import places_of
@@ -221,3 +222,18 @@ def test_nodes_at_one_place_or_in_a_row_are_drawn_there(n):
         assert sorted(patch.nodes) == list(range(n))
         assert np.isfinite(patch.points).all()
         assert patch.triangles is None
+
+
+@pytest.mark.parametrize(("slip", "shown"), [(4e-13, "4 stick, 0 slip"), (1e-3, "3 stick, 1 slip")])
+def test_round_off_is_drawn_as_no_slip(slip, shown):
+    still = shakedown.long_term_state(JOINT, 0.5).history
+    v, state = still.v.copy(), still.state.copy()
+    v[2:, 0] += slip
+    state[1, 0] = SLIP
+    path = replace(still, v=v, state=state)
+    assert shown in plot.zones_at(path, JOINT, float(path.cycle[1])).get_title()
+    names = [
+        text.get_text()
+        for text in plot.friction_use_at(path, JOINT, float(path.cycle[1])).get_legend().get_texts()
+    ]
+    assert ("slips" in names) == ("1 slip" in shown)
