@@ -22,6 +22,7 @@ from shakedown.ground.constants import (
 )
 from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT, Tolerances
 from shakedown.joint.arguments import NO_SIGNS, checked, once_per_problem, require_plane
+from shakedown.joint.contact_zone import part_numbers
 from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -36,7 +37,7 @@ class ScaledStiffness:
     ----------
     A, B : (n, n)
         Divided by the size of A, or of B where that is larger; entries of B that are
-        round-off of the stiffness are 0.
+        round-off of the stiffness are 0, and so are those between uncoupled parts.
     C : (n, n) or None
         Divided likewise.
     weights : (n,)
@@ -107,13 +108,15 @@ def scaled_stiffness(problem: Problem, friction: FloatArray, tolerances: Toleran
     zero_mode = max(tolerances.zero_mode, 4.0 * stiffness_error(problem) / FIRST_DIGIT)
     power = exponent(max(np.abs(problem.A).max(), np.abs(problem.B).max()))
     own = exponent(friction.max())
-    A, B = np.ldexp(problem.A, -power), np.ldexp(problem.B, -power)
+    numbers = part_numbers(problem)
+    apart = np.not_equal.outer(numbers, numbers)
+    A, B = (np.where(apart, 0.0, np.ldexp(part, -power)) for part in (problem.A, problem.B))
     size = np.sqrt(np.diag(A))
     noise = tolerances.condensed_pattern * np.outer(size, size)
     return ScaledStiffness(
         A=A,
         B=np.where(np.abs(B) > noise, B, 0.0),
-        C=None if problem.C is None else np.ldexp(problem.C, -power),
+        C=None if problem.C is None else np.where(apart, 0.0, np.ldexp(problem.C, -power)),
         weights=np.ldexp(friction, -own),
         friction_unit=float(np.ldexp(1.0, own)),
         tolerances=replace(tolerances, zero_mode=zero_mode),

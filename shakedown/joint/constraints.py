@@ -169,8 +169,7 @@ def with_initial_gap(problem: Problem, gap: ArrayLike) -> Problem:
     g = real_array("initial gap", gap)
     if g.shape not in ((), (problem.n,)):
         raise UsageError(f"initial gap: expected one number or shape ({problem.n},), found {g.shape}")
-    g = np.broadcast_to(g, problem.n)
-    shift = problem.kappa[problem.layout.gaps].T @ g
+    shift = problem.kappa[problem.layout.gaps].T @ np.broadcast_to(g, problem.n)
     return replace(problem, **changed_loads(problem, lambda r: problem.layout.split(r - shift)))
 
 

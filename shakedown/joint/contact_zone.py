@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.argument_kinds import checked
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import ROUND_OFF, FloatArray
 from shakedown.ground.errors import ProblemError, UsageError
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -350,7 +350,7 @@ def weakest(bounds: Sequence[Any]) -> int:
 @once_per_problem
 def _parts(problem: Problem) -> tuple[Part, ...]:
     """The parts, where there are several."""
-    labels = _labels(problem)
+    labels = part_numbers(problem)
     if not labels.any():
         return ()
     try:
@@ -359,13 +359,19 @@ def _parts(problem: Problem) -> tuple[Part, ...]:
         return ()
 
 
-def _labels(problem: Problem) -> NDArray[np.intp]:
-    """The number of the part of every node, (n,)."""
-    n, d = problem.n, problem.directions
-    coupled = np.asarray(problem.A.reshape(n, d, n, d).any(axis=(1, 3)))
-    coupled |= problem.B.reshape(n, n, d).any(axis=2)
-    if problem.C is not None:
-        coupled |= problem.C != 0.0
+def part_numbers(problem: Problem) -> NDArray[np.intp]:
+    """The number of the part of every node, (n,); couplings that are round-off are none.
+
+    |A_ij| counts beside √(A_ii A_jj), |C_ij| beside √(C_ii C_jj), and |B_ij| beside √(C_ii A_jj), or
+    √(A_ii A_jj) without C, in whatever units nodes are.
+    """
+    n, d, A, C = problem.n, problem.directions, problem.A, problem.C
+    own = problem.layout.by_node(np.sqrt(np.maximum(np.diagonal(A), 0.0))).max(axis=-1)
+    normal = own if C is None else np.sqrt(np.maximum(np.diagonal(C), 0.0))
+    coupled = np.abs(A).reshape(n, d, n, d).max(axis=(1, 3)) > ROUND_OFF * np.outer(own, own)
+    coupled |= np.abs(problem.B).reshape(n, n, d).max(axis=2) > ROUND_OFF * np.outer(normal, own)
+    if C is not None:
+        coupled |= np.abs(C) > ROUND_OFF * np.outer(normal, normal)
     if coupled[0].all():
         return np.zeros(n, dtype=np.intp)
     from scipy.sparse import csr_array  # needed only where some entries are zero

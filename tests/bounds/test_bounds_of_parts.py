@@ -1,13 +1,17 @@
 """Limits of joints in uncoupled parts are the least of their parts', in whatever units each part is."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from bounds.energy.joints import space_joint, strong_joint
+from hostile.laws import other_labels
 from uncoupled_parts import joined, pair, with_mean
 
 import shakedown
 from benchmarks.problems import in_units
 from shakedown.bounds.coupling import difference_gauge
+from shakedown.joint.contact_zone import coupled_parts
 
 LIMITS = {
     "λ_U": shakedown.universal_bound,
@@ -71,6 +75,35 @@ def test_units_of_each_node_change_no_limit(joint):
         lower, there = (shakedown.lower_bound(each) for each in (joint, other))
         assert there.load_factor == pytest.approx(lower.load_factor, rel=1e-9)
         assert (there.guarantee, difference_gauge(other)) == (lower.guarantee, difference_gauge(joint))
+
+
+@pytest.mark.parametrize(("kind", "number"), [("plane", 15), ("plane", 17), ("space", 14), ("space", 15)])
+def test_couplings_of_round_off_are_none(kind, number):
+    """Of nodes in any order, in parts of different units: no limit nor friction threshold depends on them."""
+    whole, rng = joined(pair(kind, number, 4)), np.random.default_rng(number)
+    whole = other_labels(whole, rng)
+    own = (
+        np.sqrt(np.diag(whole.A)),
+        np.sqrt(np.diag(whole.A)[:: whole.directions] if whole.C is None else np.diag(whole.C)),
+    )
+
+    def noisy(matrix, rows, columns):
+        return matrix + 1e-15 * rng.uniform(-1.0, 1.0, matrix.shape) * np.outer(rows, columns) * (
+            matrix == 0.0
+        )
+
+    A, C = noisy(whole.A, own[0], own[0]), None if whole.C is None else noisy(whole.C, own[1], own[1])
+    found = replace(
+        whole, A=(A + A.T) / 2, B=noisy(whole.B, own[1], own[0]), C=None if C is None else (C + C.T) / 2
+    )
+    assert [part.nodes.tolist() for part in coupled_parts(found)] == [
+        part.nodes.tolist() for part in coupled_parts(whole)
+    ]
+    for name in LIMITS:
+        assert limit(name, found) == pytest.approx(limit(name, whole), rel=1e-9)
+    if kind == "plane":
+        one, other = (shakedown.friction_thresholds(joint).wedging for joint in (found, whole))
+        assert one.high == pytest.approx(other.high, rel=1e-9)
 
 
 def test_what_is_said_of_a_node_names_it_in_the_whole_joint():
