@@ -15,7 +15,7 @@ from shakedown.joint.arguments import check_arguments, checked, checked_damping,
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import free_stiffness
-from shakedown.motion.checked_law import law_violation
+from shakedown.motion.checked_law import law_resolution, law_violation
 from shakedown.motion.course import LoopEnd
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.method import SLIDES_AWAY, CycleRecord, Motion, State, Stop, cycles_of
@@ -104,10 +104,10 @@ class Evolution(Motion):
         self.jumps: list[Jump] = []  # of the present cycle
         self._nudged = -1, 0.0, 0  # load step of the last jump, time in it, retries there
 
-    def violation(self, state: State) -> float:
-        """The relative violation of the contact and friction law by a state between two cycles."""
+    def violation(self, state: State, load: FloatArray | None = None) -> float:
+        """The relative violation of the contact and friction law by a state, by default between cycles."""
         layout = self.problem.layout
-        q, p = layout.split(self.load[-1] + self.kappa @ state.u)
+        q, p = layout.split((self.load[-1] if load is None else load) + self.kappa @ state.u)
         gap, still = state.u[layout.gaps], np.zeros_like(q)
         return float(law_violation(self.problem.f, q, p, gap, still, self.scale).max())
 
@@ -154,18 +154,15 @@ class Evolution(Motion):
     def jump(self) -> bool:
         """Carry the state across an instant without rates; False where the motion does not come to rest."""
         method, path, step, now = self.method, self.path, self.method.motion.step, self.method.motion.time
-        if not self.may_jump:
-            return False
         # so many jumps at most per node and load step of a cycle
-        if len(self.jumps) == 20 * self.problem.n * (len(path) - 1):
+        if not self.may_jump or len(self.jumps) == 20 * self.problem.n * (len(path) - 1):
             return False
         again = self._nudged[:2] == (step, now)  # the load has not changed since the last jump
         retries, rate = (self._nudged[2] + 1 if again else 0), path[step + 1] - path[step]
         # retries at one instant, each with a larger change of load
         if retries == 20 or not rate.any():
             return False
-        nudge = NEGLIGIBLE * self.scale.force * 4.0**retries / float(np.abs(rate).max())
-        time = min(now + nudge, 1.0)
+        time = min(now + NEGLIGIBLE * self.scale.force * 4.0**retries / float(np.abs(rate).max()), 1.0)
         self._nudged = (step, time, retries)
         load, before = path[step] + time * rate, self.state
         joint = ViscousJoint(self.kappa, self.problem.law, load, self.damping, self.scale)
@@ -177,6 +174,9 @@ class Evolution(Motion):
             self.slides = moving.endless and not self.left
             if goes:
                 return False
+            if time == 1.0 and self.violation(before, load) <= law_resolution(self.problem, self.tolerances):
+                method.resume(time)  # unloaded, where reactions have no direction, it keeps its place
+                return True
             self._nudged = (step, now, retries)
             return self.jump()  # it stands still next to where it was: a larger change of load leads away
         cycle = self.done + (self.problem.m - len(path) + step + time) / self.problem.m

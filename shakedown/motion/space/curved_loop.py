@@ -86,7 +86,7 @@ def load_step(run: SpaceRun) -> int:
             mo.resting[i], rates.arrived[i] = 0, 0
         mo.entered = True
     while status == LoopEnd.AT_EVENT:
-        if not mo.under_way:
+        if not mo.under_way and mo.time < 1.0:
             status = begin_path(run)
             if status != LoopEnd.AT_EVENT:
                 return status

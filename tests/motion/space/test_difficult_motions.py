@@ -7,7 +7,7 @@ import pytest
 
 import shakedown
 from benchmarks.implicit_steps import ImplicitSteps
-from shakedown import Outcome
+from shakedown import Outcome, Problem
 from shakedown.motion import viscous_jump
 from shakedown.motion.checked_law import law_resolution, law_violation, scales
 from shakedown.motion.course import EventKind
@@ -35,6 +35,27 @@ def test_loads_in_proportion_are_one_implicit_step(n):
     slip = step.follow(np.zeros(2 * n), np.zeros(n), joint.q_transient, joint.p_transient).v[-1]
     np.testing.assert_allclose(risen.v[0], slip, rtol=0.0, atol=1e-8 * np.abs(slip).max())
     assert len(set(risen.state[0])) > 1
+
+
+@pytest.mark.parametrize(("seed", "steps"), [(6, (0.0, 1.0)), (24, (0.0, 1.0)), (18, (0.0, 0.5, 1.0, 0.5))])
+def test_a_joint_that_is_unloaded_to_nothing_goes_on(seed, steps):
+    """There no reaction has a direction: the motion "did not come to rest" where small implicit steps go on."""
+    n, m = 4, len(steps)
+    rng = np.random.default_rng([seed, m // 4 * 2])
+    root = rng.normal(size=(3 * n, 3 * n))
+    kappa, f = root @ root.T + 0.2 * np.eye(3 * n), rng.uniform(0.1, 0.8, n)
+    q, p = np.outer(steps, rng.normal(size=2 * n)), np.outer(steps, rng.normal(size=n) + 4.0)
+    joint = Problem(
+        A=kappa[: 2 * n, : 2 * n], B=kappa[2 * n :, : 2 * n], C=kappa[2 * n :, 2 * n :], f=f, q_w=q, p_w=p
+    )
+    run = evolve(joint, 1.0, cycles=3)
+    assert run.stop is None
+    loads = [np.vstack([0.0 * load[:1], np.tile(load, (2, 1)), load[:1]]) for load in (q, p)]
+    exact = run.history.at(np.arange(2 * m + 1) / m).v
+    found = (
+        ImplicitSteps(kappa, f, 2, np.abs(q).max()).follow(np.zeros(2 * n), np.zeros(n), *loads, parts=100).v
+    )
+    np.testing.assert_allclose(found, exact, rtol=0.0, atol=1e-3 * np.abs(exact).max())
 
 
 def violation_on_the_way(motion):
