@@ -333,7 +333,7 @@ def verdict(v: Verification) -> str:
     if not judged:
         return f"The limits predict no outcome of {count(len(v.runs), 'run')}: nothing to agree with."
     rest = f" with a predicted outcome; {len(v.runs) - judged} without one" if judged < len(v.runs) else ""
-    return f"Simulation agrees with the limits in all {count(judged, 'run')}{rest}."
+    return f"Simulation agrees with the limits in {'all ' * (judged > 1)}{count(judged, 'run')}{rest}."
 
 
 def banner_class(v: Verification) -> str:

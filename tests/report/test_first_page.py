@@ -15,7 +15,7 @@ from shakedown.assessment.assess import Assessment
 from shakedown.assessment.verify import Verification
 from shakedown.ground.shown_values import FEW_DIGITS, down, few, up
 from shakedown.joint.units import without_loads
-from shakedown.report import facts
+from shakedown.report import facts, run_facts
 from shakedown.report.facts import Sheet, notes, sheet_as_text
 from shakedown.report.html import write_report
 from shakedown.report.limit_facts import solve_sheet
@@ -145,3 +145,11 @@ def test_what_is_proved_by_following_is_told_where_it_is_noticeably_more(slips, 
     changed = {name: getattr(limits, name).but(**proof) for name in ("energy", "accumulated", "universal")}
     vars(limits).update(changed)
     assert bool(fact(verify_sheet(replace(slips, assessment=Assessment(limits))), "followed")) == told
+
+
+def test_one_run_is_not_all_runs():
+    """Without loads zero slip alone has a predicted outcome."""
+    joint = shakedown.example("two-node")
+    idle = replace(joint, q_w=0.0 * joint.q_w, p_w=0.0 * joint.p_w, q_mean=None, p_mean=None)
+    said = run_facts.verdict(shakedown.verify(without_loads(idle)))
+    assert said.startswith("Simulation agrees with the limits in 1 run with a predicted outcome")
