@@ -78,41 +78,44 @@ def name_of(param: click.Parameter | None) -> str:
     return param.metavar or param.opts[0] if isinstance(param, click.Argument) else param.opts[0]
 
 
-class OutputFile(click.ParamType):
-    """A file to write: before the work starts it is checked to be writable and no other file of the call."""
+class Converted(click.ParamType):
+    """What a function makes of the name of a parameter, as the user types it, and of its value."""
 
-    name = "path"
-
-    def __init__(self, endings: tuple[str, ...] = (), *, table: bool = False) -> None:
-        self.endings, self.table = endings, table
+    def __init__(self, name: str, convert: Callable[[str, Any], Any]) -> None:
+        self.name, self.of_named = name, convert
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        name = name_of(param)
+        return self.of_named(name_of(param), value)
+
+
+def output_file(endings: tuple[str, ...] = (), *, table: bool = False) -> Converted:
+    """A file to write: before the work starts it is checked to be writable and no other file of the call."""
+
+    def checked(name: str, value: Any) -> Path:
         if not value or str(value).endswith(("/", os.sep)):
             raise click.UsageError(f"{name}: expected the name of a file, found '{value}'")
-        if self.endings and not str(value).lower().endswith(self.endings):
-            known = " or ".join(filter(None, [", ".join(self.endings[:-1]), self.endings[-1]]))
+        if endings and not str(value).lower().endswith(endings):
+            known = " or ".join(filter(None, [", ".join(endings[:-1]), endings[-1]]))
             raise shakedown.UsageError(f"{value}: expected a name that ends in {known}")
         path = Path(value)
         writes_whole(name, path)
-        if self.table:
+        if table:
             check_table(path)
         return path
 
+    return Converted("path", checked)
 
-class Parsed(click.ParamType):
+
+def parsed(kind: str, expected: str, parse: Callable[[str], Any]) -> Converted:
     """What a function makes of a text; None where the text is not as expected."""
 
-    def __init__(self, name: str, expected: str, parse: Callable[[str], Any]) -> None:
-        self.name, self.expected, self.parse = name, expected, parse
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        found = self.parse(value) if isinstance(value, str) else value
+    def known(name: str, value: Any) -> Any:
+        found = parse(value) if isinstance(value, str) else value
         if found is None:
-            raise click.UsageError(
-                f"{name_of(param)}: expected {self.expected}, found '{shortened(value, 60)}'"
-            )
+            raise click.UsageError(f"{name}: expected {expected}, found '{shortened(value, 60)}'")
         return found
+
+    return Converted(kind, known)
 
 
 def numbers_of(text: str) -> FloatArray | None:
@@ -139,28 +142,23 @@ def open_nodes_of(text: str) -> tuple[int, ...] | str | None:
     return tuple(map(int, numbers)) if known else None
 
 
-NUMBERS = Parsed("numbers", f"{FORM} (finite numbers)", numbers_of)
-OPEN_NODES = Parsed("nodes", "auto, none or node numbers like 0,3,7", open_nodes_of)
+NUMBERS = parsed("numbers", f"{FORM} (finite numbers)", numbers_of)
+OPEN_NODES = parsed("nodes", "auto, none or node numbers like 0,3,7", open_nodes_of)
 
 
-class ProblemFile(click.ParamType):
+def problem_file(*, imports: bool = False) -> Converted:
     """A problem file or the name of a built-in problem; a file of that name wins.
 
     Where it ``imports``, it may be an import configuration (.toml).
     """
 
-    name = "file"
-
-    def __init__(self, *, imports: bool = False) -> None:
-        self.imports = imports
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def read(name: str, value: Any) -> Problem | shakedown.Import:
         if isinstance(value, shakedown.Problem):
             return value
         if not value:
             raise click.UsageError("FILE: expected a file or the name of a built-in problem, found ''")
-        if self.imports and value.lower().endswith(".toml"):
-            return imported(name_of(param), value)
+        if imports and value.lower().endswith(".toml"):
+            return imported(name, value)
         click.get_current_context().meta[NAMED] = shlex.quote(value)
         if not os.path.exists(value) and value in shakedown.example_names():
             return shakedown.example(value)
@@ -169,8 +167,10 @@ class ProblemFile(click.ParamType):
             raise shakedown.ProblemError(
                 f"{value}: no such file, and no built-in problem (there are {names})"
             )
-        claim(name_of(param), value)
+        claim(name, value)
         return shakedown.load_problem(value)
+
+    return Converted("file", read)
 
 
 def imported(name: str, path: str | os.PathLike[str], **settings: Any) -> shakedown.Import:
@@ -226,7 +226,7 @@ def initial_state(
         raise click.UsageError(f"--initial {error}") from None
 
 
-problem = click.argument("problem", metavar="FILE", type=ProblemFile())
+problem = click.argument("problem", metavar="FILE", type=problem_file())
 load_factor = option(
     "--load-factor",
     type=float,
@@ -274,8 +274,8 @@ digits = option(
     "--digits", type=click.IntRange(1, 15), default=FEW_DIGITS, help="Digits of load factors, at least."
 )
 seed = option("--seed", type=click.IntRange(min=0), default=0, help="Seed of what is random.")
-table = option("-o", "--output", type=OutputFile(table=True), help="Write the rows here (.csv or .parquet).")
-picture = option("--picture", type=OutputFile(PICTURES), help="Draw it here (.png, .svg or .pdf).")
+table = option("-o", "--output", type=output_file(table=True), help="Write the rows here (.csv or .parquet).")
+picture = option("--picture", type=output_file(PICTURES), help="Draw it here (.png, .svg or .pdf).")
 pieces = option("--resume", is_flag=True, help="Go on with what a run that was stopped left in OUTPUT.parts.")
 workers = option("--workers", type=click.IntRange(min=1), default=1, help="Processes.")
 scheduler = option(

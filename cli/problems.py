@@ -24,7 +24,7 @@ from .options import option
 
 @command("List or write the built-in problems.", "0 listed or written; 2 bad usage.")
 @click.argument("name", required=False)
-@option("-o", "--output", type=options.OutputFile(), help="Write the problem file here.")
+@option("-o", "--output", type=options.output_file(), help="Write the problem file here.")
 def example(name: str | None, output: Path | None) -> Answer:
     """List the built-in problems, or write one to a file."""
     if name is None:
@@ -46,11 +46,11 @@ def example(name: str | None, output: Path | None) -> Answer:
 
 @command("Make a problem file from finite-element output.", "0 written, or shown; 2 bad usage or bad input.")
 @click.argument("config", metavar="[CONFIG.toml]", required=False, type=click.Path(path_type=Path))
-@option("-o", "--output", type=options.OutputFile(), help="Write the problem file here.")
+@option("-o", "--output", type=options.output_file(), help="Write the problem file here.")
 @option("--check", is_flag=True, help="Write nothing; show what has been read.")
 @option(
     "--picture",
-    type=options.OutputFile(options.PICTURES),
+    type=options.output_file(options.PICTURES),
     help="Draw nodes, normals, tangents (PNG, SVG, PDF).",
 )
 @option(

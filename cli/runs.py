@@ -26,7 +26,7 @@ from .options import option
 @options.run
 @options.method
 @options.slip_below
-@option("-o", "--output", type=options.OutputFile(), help="Write the path here (NPZ): events or load steps.")
+@option("-o", "--output", type=options.output_file(), help="Write the path here (NPZ): events or load steps.")
 @on_one_thread
 def simulate(
     problem: Problem,
@@ -60,7 +60,7 @@ def simulate(
 @option(
     "-o",
     "--output",
-    type=options.OutputFile(options.NODE_FILES),
+    type=options.output_file(options.NODE_FILES),
     help="Write every node here: .csv, or for ParaView .vtu or .vtp.",
 )
 @option(
@@ -122,7 +122,7 @@ def _claim_series(output: Path | None, instants: int) -> None:
     "slides away or is left open; 2 bad usage or bad input.",
 )
 @options.problem
-@option("-o", "--output", type=options.OutputFile(), help="Write the report (HTML) here, JSON beside it.")
+@option("-o", "--output", type=options.output_file(), help="Write the report (HTML) here, JSON beside it.")
 @option(
     "--load-factor", "load_factors", type=float, multiple=True, help="Simulate at this λ; may be repeated."
 )

@@ -51,7 +51,7 @@ def required(text: str) -> tuple[str, float] | None:
 )
 @option(
     "--require",
-    type=options.Parsed("claim", f"{'=X or '.join(CLAIMS)}=X with X > 0", required),
+    type=options.parsed("claim", f"{'=X or '.join(CLAIMS)}=X with X > 0", required),
     multiple=True,
     help="\b\nproved-from-state=X or proved-from-every-state=X:\n"
     "exit with 1 unless shakedown is proved up to load\nfactor X. May be given twice; with --quiet nothing\n"

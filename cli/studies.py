@@ -45,7 +45,7 @@ from .options import option
 @options.seed
 @options.cycles
 @options.slip_below
-@option("-o", "--output", type=options.OutputFile(), help="Write all states here (NPZ).")
+@option("-o", "--output", type=options.output_file(), help="Write all states here (NPZ).")
 @options.pieces
 @option(
     "--workers",
@@ -112,10 +112,10 @@ def varied(text: str) -> tuple[str, FloatArray] | None:
     "The limits over one or two parameters.",
     "0 computed; 1 limits contradict each other; 2 bad usage or bad input.",
 )
-@click.argument("joint", metavar="FILE", type=options.ProblemFile(imports=True))
+@click.argument("joint", metavar="FILE", type=options.problem_file(imports=True))
 @option(
     "--vary",
-    type=options.Parsed("parameter", f"NAME= and {options.FORM}, rising, at most {options.MOST:,}", varied),
+    type=options.parsed("parameter", f"NAME= and {options.FORM}, rising, at most {options.MOST:,}", varied),
     multiple=True,
     required=True,
     help="NAME=LOW:HIGH:COUNT or NAME=VALUE,VALUE,…; NAME is f, friction, amplitude, mean or "
@@ -180,7 +180,7 @@ def sweep(
 
 
 @command("Which numbers converge with the mesh.", "0 computed; 2 bad usage or bad input.")
-@click.argument("problems", metavar="FILE FILE …", type=options.ProblemFile(), nargs=-1, required=True)
+@click.argument("problems", metavar="FILE FILE …", type=options.problem_file(), nargs=-1, required=True)
 @options.average
 @options.load_factor
 @options.slip_below
