@@ -76,7 +76,7 @@ class LimitSearch:
         """Go to the start at a load factor, and set the scales of the joint there."""
         self.evolution.begin(load_factor, initial_slip, open_nodes)
         evolution, scale = self.evolution, self.evolution.scale
-        share, lost = evolution.tolerances.periodicity, self._events.precision.force
+        share, lost = evolution.tolerances.periodicity, self._events.courses[False].force
         near, moving = share * scale.length, load_range(evolution.problem, evolution.load)
         self.compiled.set(least_force=scale.force, blurred=0.0 < moving < RESOLVED * lost)
         self.compiled.check.set(force=scale.force, length=scale.length, near=near)

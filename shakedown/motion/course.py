@@ -1,7 +1,6 @@
 """A course, the load path that compiled loops follow in the plane and in space, and how such a loop ends."""
 
 from enum import IntEnum
-from typing import NamedTuple
 
 import numpy as np
 
@@ -48,15 +47,6 @@ def code_of(states: Integers, first: int, n: int) -> Hash:
     return code
 
 
-class Precision(NamedTuple):
-    """What counts as zero: forces, gaps, rates relative to the largest; residual forces of moving nodes."""
-
-    force: float
-    length: float
-    rate: float
-    residual: float
-
-
 class Course(NamedState):
     """The load path along which the state is carried.
 
@@ -69,7 +59,7 @@ class Course(NamedState):
     separable
         Whether nodes may open.
     force, length, rate, residual
-        What counts as zero (:class:`Precision`).
+        What counts as zero: forces, gaps, rates relative to the largest; residual forces of moving nodes.
     """
 
     path: Reals
@@ -82,14 +72,11 @@ class Course(NamedState):
     residual: float
 
 
-def course(
-    path: FloatArray, first: int, separable: bool, precision: Precision, known: Course | None = None
-) -> Course:
+def course(path: FloatArray, first: int, separable: bool, known: Course) -> Course:
     """The course along welded reactions (s + 1, 2n); its first load step has number ``first``.
 
-    ``known`` becomes it, where it is given.
+    ``known`` becomes it; what counts as zero stays.
     """
-    new = known or Course({})
-    new.hold(path=np.ascontiguousarray(path, dtype=float))
-    new.set(steps=len(path) - 1, first=first, separable=separable, **precision._asdict())
-    return new
+    known.hold(path=np.ascontiguousarray(path, dtype=float))
+    known.set(steps=len(path) - 1, first=first, separable=separable)
+    return known

@@ -24,7 +24,7 @@ from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.checked_law import Scales, scales, scales_of
-from shakedown.motion.course import RECORD_ROWS, Course, Precision, course
+from shakedown.motion.course import RECORD_ROWS, Course, course
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.viscous_jump import Jump
 
@@ -373,8 +373,8 @@ class EventMethod(ABC):
         In space the directions of slip of nodes at their apex, in place.
     motion
         All of these and what has been counted, as compiled loops take them.
-    precision
-        What counts as zero.
+    courses
+        Those through the first cycle (True) and any other one, which say what counts as zero.
     """
 
     new_record: ClassVar[Any]  # an empty record, of so many rows and nodes
@@ -392,14 +392,26 @@ class EventMethod(ABC):
         self.run, self.motion = run, run.motion
         self.u, self.contact, self.slip = self.motion.u, contact, self.motion.slip
         self._runs: dict[tuple[bool, bool], Any] = {}  # by: through the first cycle, recorded
-        self.courses: dict[bool, Course] = {}  # by: through the first cycle
+        self.courses = {True: Course({}), False: Course({})}
 
-    def lead(self, first: FloatArray, later: FloatArray, precision: Precision) -> None:
-        """Follow courses through the first and any other cycle."""
-        self.precision, separable, m = precision, self.problem.C is not None, self.problem.m
+    def lead(
+        self,
+        first: FloatArray,
+        later: FloatArray,
+        *,
+        force: float,
+        length: float,
+        rate: float,
+        residual: float,
+    ) -> None:
+        """Follow courses through the first and any other cycle.
+
+        What counts as zero are small shares of a force and a length, and so large rates and residuals.
+        """
+        separable, m, limit = self.problem.C is not None, self.problem.m, self.tolerances.limit
         for is_first, path in ((True, first), (False, later)):
-            known = self.courses.get(is_first)
-            self.courses[is_first] = course(path, m - len(path), separable, precision, known)
+            new = course(path, m - len(path), separable, self.courses[is_first])
+            new.set(force=limit * force, length=limit * length, rate=rate, residual=residual)
 
     def run_of(self, first: bool, record: bool) -> Any:
         """The run through the first cycle or another one, created when first needed."""

@@ -27,6 +27,7 @@ and a jump that comes again in every cycle repeats.
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import floor, inf, log, sqrt
 from typing import ClassVar, NamedTuple
 
@@ -49,8 +50,8 @@ from shakedown.ground.work_limit import BY_BLAS, count_work, work_is_left
 from shakedown.joint.law import Law
 from shakedown.joint.result import Result
 from shakedown.motion.checked_law import Scales, law_violation, reaction_round_off
-from shakedown.motion.course import CALL_OPERATIONS, LoopEnd, Precision, course
-from shakedown.motion.plane.active_set import active_set, factorize, rates, solve
+from shakedown.motion.course import CALL_OPERATIONS, Course, LoopEnd, course
+from shakedown.motion.plane.active_set import ActiveSet, active_set, factorize, rates, solve
 from shakedown.motion.plane.event_loop import follow_straight
 from shakedown.motion.plane.moving_state import PlaneRun, begin, empty_record, motion_at_rest
 
@@ -389,16 +390,24 @@ class Relaxation(ABC):
         The joint, its damping, and the welded reactions from now on.
     u, contact, reaction
         State before: displacements, contact states (n,), reactions that satisfy the law.
+    precise
+        A course that says what counts as zero.
     """
 
     endless = False
 
     def __init__(
-        self, joint: ViscousJoint, u: FloatArray, contact: NDArray[np.int64], reaction: FloatArray
+        self,
+        joint: ViscousJoint,
+        u: FloatArray,
+        contact: NDArray[np.int64],
+        reaction: FloatArray,
+        precise: Course,
     ) -> None:
         self.joint = joint
         self.kappa, self.law, self.load, self.damping, scale = joint
         self.scale, self.layout = scale, self.law.layout
+        self.course = course(np.stack([self.load, self.load]), 0, True, precise.with_parts())
         self.start, self.u, self.contact, self.reaction = u.copy(), u.copy(), contact.copy(), reaction.copy()
         self.velocity, self.steps = np.zeros_like(u), 0
         self.work, self.slip = np.zeros(self.layout.n), np.zeros(self.layout.n)
@@ -509,34 +518,24 @@ class Relaxation(ABC):
 
 
 class ViscousMotion(Relaxation):
-    """The viscous system of a joint in the plane: implicit steps are followed exactly.
+    """The viscous system of a joint in the plane: implicit steps are followed exactly."""
 
-    Parameters
-    ----------
-    joint, u, contact, reaction
-        As for :class:`Relaxation`.
-    precision
-        What counts as zero.
-    """
+    @cached_property
+    def at_rest(self) -> ActiveSet:
+        """The equations of the nodes that move, at rest."""
+        return active_set(self.kappa, self.law.f)
 
-    def __init__(
-        self,
-        joint: ViscousJoint,
-        u: FloatArray,
-        contact: NDArray[np.int64],
-        reaction: FloatArray,
-        precision: Precision,
-    ) -> None:
-        super().__init__(joint, u, contact, reaction)
-        kappa, f, n = self.kappa, self.law.f, self.layout.n
-        self.at_rest = active_set(kappa, f)
-        self.run = PlaneRun(
+    @cached_property
+    def run(self) -> PlaneRun:
+        """What follows an implicit step, of a stiffness that it gets."""
+        n = self.layout.n
+        return PlaneRun(
             {},
-            active=active_set(kappa.copy(), f),
+            active=active_set(self.kappa.copy(), self.law.f),
             rates=rates(n),
             motion=motion_at_rest(n),
             record=empty_record(0, n),
-            course=course(np.stack([self.load, self.load]), 0, True, precision),
+            course=self.course,
         )
 
     def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:

@@ -367,7 +367,7 @@ class SteadySearches:
         """The rules of a search with the accuracy of the motion."""
         motion, scale = self.motion, self.motion.scale
         assert isinstance(motion.method, SpaceEvents)
-        lost = DISTINCT * motion.method.precision.residual
+        lost = DISTINCT * motion.method.courses[False].residual
         noise = max(motion.method.accuracy, lost / scale.force) * scale.length
         moving = load_range(motion.problem, motion.load)
         stiffest = np.diag(motion.problem.A).reshape(motion.problem.n, -1).max(axis=1)

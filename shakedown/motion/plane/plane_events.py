@@ -9,7 +9,7 @@ from shakedown.ground.constants import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import Scales
-from shakedown.motion.course import CALL_OPERATIONS, Course, EventKind, LoopEnd, Precision
+from shakedown.motion.course import CALL_OPERATIONS, Course, EventKind, LoopEnd
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.method import EventMethod, State, loads_at, one_row
 from shakedown.motion.plane import moving_state
@@ -57,7 +57,7 @@ class PlaneEvents(EventMethod):
         """
         locked, t = np.abs(self.kappa) @ np.abs(start), self.tolerances
         force = max(scale.force, float(locked.max()))
-        self.lead(first, later, Precision(t.limit * force, t.limit * scale.length, t.rate, ROUNDING * force))
+        self.lead(first, later, force=force, length=scale.length, rate=t.rate, residual=ROUNDING * force)
 
     def set_state(self, state: State) -> bool:
         """Go to a state; False where nothing holds its moving nodes."""
@@ -76,7 +76,7 @@ class PlaneEvents(EventMethod):
 
     def finds_rates(self) -> bool:
         """Whether enumeration finds states and rates where pivoting failed; the loop then finds them, too."""
-        return enumerate_states(self.active, self.rates, self.precision.rate)
+        return enumerate_states(self.active, self.rates, self.courses[False].rate)
 
     def finds_way_on(self) -> bool:
         """Whether there are rates after all; the instant is then recorded when they are used."""
@@ -105,7 +105,7 @@ class PlaneEvents(EventMethod):
 
     def relaxation(self, joint: ViscousJoint, state: State, reaction: FloatArray) -> ViscousMotion:
         """The viscous motion from a state with given reactions that the joint's load puts out of balance."""
-        return ViscousMotion(joint, state.u, state.contact, reaction, self.precision)
+        return ViscousMotion(joint, state.u, state.contact, reaction, self.courses[False])
 
     def resume(self, time: float) -> None:
         """Continue after a jump, from a given share of the load step."""

@@ -19,7 +19,7 @@ from shakedown.ground.work_limit import count_work
 from shakedown.joint.law import Law
 from shakedown.joint.problem import Problem
 from shakedown.motion.checked_law import Scales, load_range
-from shakedown.motion.course import CALL_OPERATIONS, Course, EventKind, LoopEnd, Precision, course
+from shakedown.motion.course import CALL_OPERATIONS, Course, EventKind, LoopEnd
 from shakedown.motion.event_history import CurvedHistory, EventHistory
 from shakedown.motion.fixed_steps import MOST_SWEEPS, contact_nodes, load_steps, places_by_node
 from shakedown.motion.method import EventMethod, State, loads_at, one_row
@@ -66,10 +66,10 @@ class DirectedJump(Relaxation):
 
     Parameters
     ----------
-    joint, u, contact, reaction
+    joint, u, contact, reaction, precise
         As for :class:`Relaxation`.
-    precision, accuracy
-        What counts as zero; the error of a path in the scene.
+    accuracy
+        The error of a path in the scene.
     """
 
     def __init__(
@@ -78,14 +78,13 @@ class DirectedJump(Relaxation):
         u: FloatArray,
         contact: NDArray[np.int64],
         reaction: FloatArray,
-        precision: Precision,
+        precise: Course,
         accuracy: float,
     ) -> None:
-        super().__init__(joint, u, contact, reaction)
+        super().__init__(joint, u, contact, reaction, precise)
         self.at_once = False  # whether a path was too long to follow
-        path = course(np.stack([self.load, self.load]), 0, True, precision)
         record = space_run.empty_curve_record(0, self.layout.n)
-        self.run = space_run.run_in_space(self.kappa, self.law.f, path, record)
+        self.run = space_run.run_in_space(self.kappa, self.law.f, self.course, record)
         of_steps = {"force_scale": self.scale.force, "length_scale": self.scale.length}
         self.run.step.set(**of_steps, accuracy=max(accuracy, SIX_DIGITS))  # the end is exact
 
@@ -188,8 +187,7 @@ class SpaceEvents(EventMethod):
         near = max(MINOR * t.path * scale.force, t.limit * force)
         small = min(moving / scale.force, 1.0) if moving else 1.0  # small motions cost no more
         self.scale, self.accuracy = scale, max(t.path * small, ROUND_OFF)
-        zero = t.limit * force, t.limit * scale.length, 10.0 * t.rate
-        self.lead(first, later, Precision(*zero, residual=near))
+        self.lead(first, later, force=force, length=scale.length, rate=10.0 * t.rate, residual=near)
         self.run.step.set(force_scale=scale.force, length_scale=scale.length, accuracy=self.accuracy)
         self.direction[:] = 0.0
 
@@ -238,12 +236,12 @@ class SpaceEvents(EventMethod):
         if not rest:
             return False
         reaction = self.reaction(load)
-        if np.abs(reaction).max() <= self.precision.force and not mo.u[self.problem.layout.gaps].any():
+        if np.abs(reaction).max() <= self.courses[False].force and not mo.u[self.problem.layout.gaps].any():
             steps = self._implicit_steps(after[None], MOST_SWEEPS)
             if steps:
                 self._pass(rest, steps[0], 0.5, EventKind.LOAD_STEP)  # the reaction rises linearly
             return bool(steps)
-        little = self.precision.residual / THREE_DIGITS  # too little pressure for a direction of slip
+        little = self.courses[False].residual / THREE_DIGITS  # too little pressure for a direction of slip
         at_apex = (reaction[self.problem.layout.gaps] <= little) & (self.problem.f > 0.0)
         # instants of a cycle passed by implicit steps
         if self._passed == 10 or not (at_apex & (self.contact != OPEN)).any():
@@ -327,7 +325,7 @@ class SpaceEvents(EventMethod):
 
     def relaxation(self, joint: ViscousJoint, state: State, reaction: FloatArray) -> DirectedJump:
         """The viscous motion from a state with given reactions that the joint's load puts out of balance."""
-        return DirectedJump(joint, state.u, state.contact, reaction, self.precision, self.accuracy)
+        return DirectedJump(joint, state.u, state.contact, reaction, self.courses[False], self.accuracy)
 
     def resume(self, time: float) -> None:
         """Continue after a jump, from a given share of the load step."""
