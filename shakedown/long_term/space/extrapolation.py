@@ -7,8 +7,8 @@ import numpy as np
 from shakedown.ground.constants import ERROR_FACTOR, NOTABLE, FloatArray
 from shakedown.ground.status import OPEN
 from shakedown.joint.rigid_slips import free_stiffness
+from shakedown.long_term.space import leaps
 from shakedown.long_term.space.followed_cycles import Decay, FollowedCycles, Period, Position, signatures
-from shakedown.long_term.space.leaps import TRIES, Leap, MovingSlips, PeriodStep, RecurrenceLeaps, SlopeLeaps
 from shakedown.motion.method import State
 
 SLOW_AFTER = 200  # cycles after which slopes of a period are measured, one cycle each
@@ -42,7 +42,7 @@ class Leaps:
     def __init__(self, cycles: FollowedCycles, longest_period: int, care: float) -> None:
         self.cycles, self.layout, self.measure = cycles, cycles.layout, cycles.measure
         self.longest_period, self.period = longest_period, 1
-        self.recurrence, self.slopes = RecurrenceLeaps(care), SlopeLeaps(care)
+        self.recurrence, self.slopes = leaps.RecurrenceLeaps(care), leaps.SlopeLeaps(care)
         self.decays = [Decay() for _ in range(longest_period)]
         self.rate, self.error, self.error_apart, self.rigid_error = nan, 0.0, 0.0, 0.0
 
@@ -75,7 +75,7 @@ class Leaps:
         by_slopes
             Whether periods may be followed from states next to the last one, to see slopes.
         """
-        cycles, window, leaps = self.cycles, self.cycles.window(self.period), self.cycles.leaps
+        cycles, window, before = self.cycles, self.cycles.window(self.period), self.cycles.leaps
         if self._turns_back(window):
             return False
         by_slopes = by_slopes and SLOW_AFTER <= cycles.count >= self.slopes.since and len(window) > 1
@@ -83,7 +83,7 @@ class Leaps:
             leap = self.recurrence.plan(window, self.measure, cycles.count)
             if leap is not None:
                 self._try(leap)
-        return cycles.leaps > leaps
+        return cycles.leaps > before
 
     def _turns_back(self, window: FloatArray) -> bool:
         """Whether the last change undoes the previous one along other contact states: no smooth map."""
@@ -93,9 +93,9 @@ class Leaps:
         records = list(self.cycles.records)
         return signatures(records[-p:]) != signatures(records[-2 * p : -p])
 
-    def _try(self, leap: Leap) -> None:
+    def _try(self, leap: leaps.Leap) -> None:
         """Follow a leap; stay where its prediction comes true."""
-        cycles, p, taken, tries = self.cycles, self.period, False, TRIES
+        cycles, p, taken, tries = self.cycles, self.period, False, leaps.TRIES
         before = self._begin(len(cycles.records))
         u, contact = leap.start.copy(), before.state.contact
         u[self.layout.gaps][contact != OPEN] = 0.0
@@ -120,15 +120,17 @@ class Leaps:
         start, first = cycles.states[-1 - p].u, self._step()
         before, count, error = self._begin(p), cycles.count, cycles.error
 
-        def period(state: FloatArray) -> PeriodStep | None:
+        def period(state: FloatArray) -> leaps.PeriodStep | None:
             cycles.go_to(State(state, contact))
             return self._step() if cycles.follow(p) else None
 
         def at_leap_end() -> None:
             self.decays[p - 1].note(cycles.last(p))
 
-        moving = MovingSlips.of(free_stiffness(cycles.motion.problem), places, free)
-        leap_end = self.slopes.leap(period, at_leap_end, start, first, moving, self.measure)
+        moves = leaps.moved_by_slips(free_stiffness(cycles.motion.problem), places, free)
+        change, unknown = first.change[places], np.zeros((len(places), len(places)))
+        local = leaps.LocalMap(period, self.measure, start, places, moves, change, unknown, first.signature)
+        leap_end = self.slopes.leap(local, first, at_leap_end)
         cycles.error = error  # of states that are not passed through
         if leap_end is None:
             self._refuse(before)
@@ -139,10 +141,10 @@ class Leaps:
         cycles.probes += cycles.count - count
         return True
 
-    def _step(self) -> PeriodStep:
+    def _step(self) -> leaps.PeriodStep:
         """What the last period has changed."""
         p = self.period
-        return PeriodStep(self.cycles.change(p), sum(signatures(list(self.cycles.records)[-p:])))
+        return leaps.PeriodStep(self.cycles.change(p), sum(signatures(list(self.cycles.records)[-p:])))
 
     def _begin(self, last: int) -> Position:
         """Where a leap begins; on it the state may jump where it did in so many of the last cycles.

@@ -52,46 +52,17 @@ def longer(wait: int) -> int:
     return min(2 * wait + 5, 64)  # periods
 
 
-@dataclass(frozen=True)
-class Recurrence:
-    """A sequence x_0, …, x_k that continues with Δ_{j+1} = Σ c_i Δ_{j−r+i}, Δ_j = x_{j+1} − x_j.
+def recurrence_of(states: FloatArray, root: FloatArray) -> Callable[[int], tuple[FloatArray, FloatArray]]:
+    """How states x_0, …, x_k go on: the state a number of steps ahead, and the change that follows it, (N,).
 
-    Attributes
-    ----------
-    last : (N,)
-        x_k.
-    changes : (r, N)
-        The last changes, the newest last.
-    weights : (r,)
-        c.
-    """
-
-    last: FloatArray
-    changes: FloatArray
-    weights: FloatArray
-
-    def ahead(self, count: int) -> tuple[FloatArray, FloatArray]:
-        """The state a number of steps ahead, and the change that follows it."""
-        r = len(self.weights)
-        # One step: coefficients of the last changes in the coming ones, and in their sum.
-        one = np.zeros((r + 1, r + 1))
-        one[: r - 1, 1:r] = np.eye(r - 1)
-        one[r - 1 :, :r] = self.weights
-        one[r, r] = 1.0
-        many = np.linalg.matrix_power(one, count)[:, :r]
-        return self.last + many[r] @ self.changes, (self.weights @ many[:r]) @ self.changes
-
-
-def recurrence_of(states: FloatArray, root: FloatArray) -> Recurrence:
-    """The recurrence of states x_0, …, x_k, (k + 1, N), that fits the last change best to those before it.
-
-    Where the map is affine on the span of the changes, and the sequence has gone through all of it, it goes
-    on exactly so (minimal polynomial extrapolation). What the map leaves alone (linear functions of the state
-    that no cycle changes) is kept.
+    By the recurrence Δ_{j+1} = Σ c_i Δ_{j−r+i} of the changes Δ_j = x_{j+1} − x_j that fits the last one best
+    to those before it. Where the map is affine on the span of the changes, and the sequence has gone through
+    all of it, it goes on exactly so (minimal polynomial extrapolation). What the map leaves alone (linear
+    functions of the state that no cycle changes) is kept.
 
     Parameters
     ----------
-    states
+    states : (k + 1, N)
         x_0, …, x_k.
     root : (M, N)
         A change Δ counts for ‖root Δ‖.
@@ -99,7 +70,7 @@ def recurrence_of(states: FloatArray, root: FloatArray) -> Recurrence:
     Examples
     --------
     >>> states = np.array([[1.0, 0.0], [0.5, 1.0], [0.25, 1.5], [0.125, 1.75]])
-    >>> state, change = recurrence_of(states, np.eye(2)).ahead(1)
+    >>> state, change = recurrence_of(states, np.eye(2))(1)
     >>> state.round(9), change.round(9)
     (array([0.0625, 1.875 ]), array([-0.03125,  0.0625 ]))
     """
@@ -108,7 +79,18 @@ def recurrence_of(states: FloatArray, root: FloatArray) -> Recurrence:
     seen = seen / (float(np.abs(seen).max()) or 1.0)
     # relative to the largest: smaller singular values of the changes are round-off
     weights = np.linalg.lstsq(seen[:-1].T, seen[-1], rcond=10 * ROUND_OFF)[0]
-    return Recurrence(states[-1], changes[1:], weights)
+    r, last_changes = len(weights), changes[1:]
+    # One step: coefficients of the last changes in the coming ones, and in their sum.
+    one = np.zeros((r + 1, r + 1))
+    one[: r - 1, 1:r] = np.eye(r - 1)
+    one[r - 1 :, :r] = weights
+    one[r, r] = 1.0
+
+    def ahead(count: int) -> tuple[FloatArray, FloatArray]:
+        many = np.linalg.matrix_power(one, count)[:, :r]
+        return states[-1] + many[r] @ last_changes, (weights @ many[:r]) @ last_changes
+
+    return ahead
 
 
 @dataclass
@@ -148,16 +130,16 @@ class RecurrenceLeaps:
         """Leap as far as the recurrences of the last states, and of those one period before, agree."""
         if len(window) < self.FEWEST or cycles < self.since:
             return None
-        recurrence, earlier = recurrence_of(window, measure.root), None
-        x, now, whole = window[-1], measure.size(recurrence.ahead(0)[1]), measure.size(window[-1])
+        ahead, earlier = recurrence_of(window, measure.root), None
+        x, now, whole = window[-1], measure.size(ahead(0)[1]), measure.size(window[-1])
         found, count = None, int(LEAST_GAIN)
         while now > 0.0 and count <= self.reach:
-            state, change = recurrence.ahead(count)
+            state, change = ahead(count)
             way, share = measure.size(state - x), measure.size(change) / now
             if not (0.0 < way < np.inf and self.LEFT <= share <= self.GROWN):  # mostly so: it fades fast
                 break
             earlier = earlier or recurrence_of(window[:-1], measure.root)
-            other, _ = earlier.ahead(count + 1)
+            other, _ = earlier(count + 1)
             differ = measure.deviation(other - x, state - x, way)
             allowed = self.care * max(self.AGREE, min(self.ROUGHLY, LEAP_ERROR * whole / way))
             if not differ <= min(allowed, share):
@@ -169,7 +151,7 @@ class RecurrenceLeaps:
         (state, share, off), steps = found, iter(range(self.count, self.count + TRIES))
 
         def fits(change: FloatArray) -> bool:
-            missed = change - recurrence.ahead(next(steps))[1]
+            missed = change - ahead(next(steps))[1]
             self.missed = np.abs(measure.rigid.T @ missed)
             return measure.size(missed) <= self.ALIKE * share * now
 
@@ -209,28 +191,16 @@ class PeriodStep(NamedTuple):
 Follow = Callable[[FloatArray], PeriodStep | None]  # a period from a state on; None where the motion stops
 
 
-class MovingSlips(NamedTuple):
-    """The slips that a map is of, and what follows them.
+def moved_by_slips(stiffness: FloatArray, places: NDArray[np.intp], free: NDArray[np.intp]) -> FloatArray:
+    """What the slips at some places of a state move of it, (N, k).
 
-    Attributes
-    ----------
-    places : (k,)
-        Where the slips of closed nodes that move stand in a state.
-    follow : (N, k)
-        What each moves of the state: itself, and open nodes, which stay in equilibrium.
+    Themselves, and the slips and gaps of open nodes at the places ``free``, which stay in equilibrium.
     """
-
-    places: NDArray[np.intp]
-    follow: FloatArray
-
-    @classmethod
-    def of(cls, stiffness: FloatArray, places: NDArray[np.intp], free: NDArray[np.intp]) -> "MovingSlips":
-        """By the stiffness (N, N), with the places of slips and gaps of open nodes."""
-        follow = np.zeros((len(stiffness), len(places)))
-        follow[places, np.arange(len(places))] = 1.0
-        if len(free):
-            follow[free] = -np.linalg.lstsq(stiffness[np.ix_(free, free)], stiffness[np.ix_(free, places)])[0]
-        return cls(places, follow)
+    moves = np.zeros((len(stiffness), len(places)))
+    moves[places, np.arange(len(places))] = 1.0
+    if len(free):
+        moves[free] = -np.linalg.lstsq(stiffness[np.ix_(free, free)], stiffness[np.ix_(free, places)])[0]
+    return moves
 
 
 class Samples(NamedTuple):
@@ -261,8 +231,8 @@ class LocalMap:
         What counts of a change.
     start : (N,)
         u [length].
-    moving
-        Which slips, and what follows them.
+    places : (k,), moves : (N, k)
+        Where the slips stand in a state, and what each moves of it (:func:`moved_by_slips`).
     change : (k,)
         F [length].
     slopes : (k, k)
@@ -274,14 +244,15 @@ class LocalMap:
     follow: Follow
     measure: Measure
     start: FloatArray
-    moving: MovingSlips
+    places: NDArray[np.intp]
+    moves: FloatArray
     change: FloatArray
     slopes: FloatArray
     signature: int
 
     def at(self, y: FloatArray) -> FloatArray:
         """The state u + y."""
-        return np.asarray(self.start + self.moving.follow @ y)
+        return np.asarray(self.start + self.moves @ y)
 
     def size(self, y: FloatArray) -> float:
         """Of a change, by energy; inf where it is out of all bounds, as drift of very many periods is."""
@@ -298,9 +269,9 @@ class LocalMap:
         """r(y), (k,), by a period from there; NaN where none can be followed, or where other nodes slip."""
         there = self.follow(self.at(y)) if self.size(y) < np.inf else None
         if there is not None:
-            other = there.change - self.moving.follow @ there.change[self.moving.places]
+            other = there.change - self.moves @ there.change[self.places]
             if not other.any() or self.measure.size(other) <= THREE_DIGITS * self.measure.size(there.change):
-                return PeriodStep(there.change[self.moving.places] - self.linear(y), there.signature)
+                return PeriodStep(there.change[self.places] - self.linear(y), there.signature)
         return PeriodStep(np.full_like(y, np.nan), 0)
 
     def sampled(self, periods: int, polynomial: FloatArray, earlier: Samples) -> tuple[Samples, bool]:
@@ -369,13 +340,7 @@ class SlopeLeaps:
     end: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def leap(
-        self,
-        follow: Follow,
-        at_leap_end: Callable[[], None],
-        start: FloatArray,
-        first: PeriodStep,
-        moving: MovingSlips,
-        measure: Measure,
+        self, local: LocalMap, first: PeriodStep, at_leap_end: Callable[[], None]
     ) -> tuple[float, float] | None:
         """As far as what it predicts comes true, again and again by the same slopes; None if that is not far.
 
@@ -384,33 +349,28 @@ class SlopeLeaps:
 
         Parameters
         ----------
-        follow
-            Follows a period.
+        local, first
+            The map next to a state, whose slopes are not known yet, and the period from that state.
         at_leap_end
             Called at every state that was predicted, after the period from there.
-        start, first
-            A state, (N,) [length], and the period from there.
-        moving
-            The slips of the nodes that move, and what follows them.
-        measure
-            What counts of a change.
         """
-        if self.starts and measure.size(start - self.end) > LEAST_GAIN * measure.size(first.change):
+        size = local.measure.size
+        if self.starts and size(local.start - self.end) > LEAST_GAIN * size(first.change):
             self.starts.clear()  # the last leap has not ended here, but for a few periods
-        local = self._local_map(follow, start, first, moving, measure)
+        known = self._with_slopes(local)
         taken, error = None, 0.0
-        while local is not None and self.periods >= LEAST_GAIN:
-            found, strain = self._leap_end(local, self.periods)
+        while known is not None and self.periods >= LEAST_GAIN:
+            found, strain = self._leap_end(known, self.periods)
             if found is not None:
                 end, off, rate = found
                 at_leap_end()
                 error, self.wait = error + off, 0
                 taken = error, rate
-                self.starts.append((local, self.gone))
-                self.gone, self.end, local = self.gone + self.periods, end.start, end
+                self.starts.append((known, self.gone))
+                self.gone, self.end, known = self.gone + self.periods, end.start, end
             self.periods = self._next_length(self.periods, strain, found is None)
             if found is None and taken is not None:
-                follow(local.start)  # so that it is the last
+                local.follow(known.start)  # so that it is the last
             if strain > self.AT_EASE and taken is not None:
                 break
         if taken is None:
@@ -430,39 +390,37 @@ class SlopeLeaps:
         """What the change at the end of a leap may miss, relative to the change at its beginning."""
         return self.care * max(THREE_DIGITS, LEAP_ERROR * measure.size(start) / way)
 
-    def _local_map(
-        self, follow: Follow, start: FloatArray, first: PeriodStep, moving: MovingSlips, measure: Measure
-    ) -> LocalMap | None:
-        """The map next to a state, from a period of each of the states next to it."""
-        places, moves = moving
+    def _with_slopes(self, local: LocalMap) -> LocalMap | None:
+        """The map next to a state, by a period from each of the states next to it; None where one stops."""
+        start, places, moves, measure = local.start, local.places, local.moves, local.measure
         # finite-difference step for slopes, relative to all slip; at least round-off of the state
         most = 10.0 * NEGLIGIBLE * measure.size(start)
         least = STATE_ROUND_OFF * float(np.abs(start).max())
         sizes = np.maximum(most / np.linalg.norm(measure.root @ moves, axis=0), least)
-        change, slopes = first.change[places], np.zeros((len(places), len(places)))
+        slopes = np.zeros_like(local.slopes)
         # A little behind the nodes that creep on: they slip in all the states next to it.
-        toward = change.reshape(-1, len(start) // len(measure.slips) - 1)
+        toward = local.change.reshape(-1, len(start) // len(measure.slips) - 1)
         away = np.linalg.norm(toward, axis=1, keepdims=True)
         # four times as far behind as states are moved
         behind = start - moves @ (4.0 * sizes * (toward / np.where(away > 0.0, away, 1.0)).ravel())
-        here, base = start, first
-        there = follow(behind)
-        if there is not None and there.signature == first.signature:
-            here, base = behind, there
+        here, base = start, local.change
+        there = local.follow(behind)
+        if there is not None and there.signature == local.signature:
+            here, base = behind, there.change[places]
         for k, place in enumerate(places):
             # factors of the step, tried until both points have the same contact states: no kink between them
             for share in (1.0, -1.0, 1e-2, -1e-2, 1e-4):
                 moved = here + share * sizes[k] * moves[:, k]
-                there = follow(moved)
+                there = local.follow(moved)
                 if there is None:
                     return None
-                slopes[:, k] = (there.change - base.change)[places] / (moved[place] - here[place])
-                if there.signature == first.signature:
+                slopes[:, k] = (there.change[places] - base) / (moved[place] - here[place])
+                if there.signature == local.signature:
                     break
         rigid = measure.rigid[places]
         if np.linalg.norm(rigid) ** 2 > rigid.shape[1] * (1.0 - THREE_DIGITS):  # all nodes move
             slopes -= (slopes @ rigid) @ rigid.T
-        return LocalMap(follow, measure, start, moving, change, slopes, first.signature)
+        return replace(local, slopes=slopes)
 
     def _leap_end(self, local: LocalMap, periods: int) -> tuple[tuple[LocalMap, float, float] | None, float]:
         """So many periods ahead, or None, and the strain: what is missed there, relative to what may be.
@@ -487,12 +445,12 @@ class SlopeLeaps:
             if there is None:
                 return None, np.inf
             remainder = share ** np.arange(1, len(polynomial) + 1) @ polynomial
-            predicted = local.moving.follow @ (local.linear(y) + remainder)
+            predicted = local.moves @ (local.linear(y) + remainder)
             left = max(local.measure.size(there.change), self.LEFT * now)
             deviation = local.measure.deviation(there.change, predicted, left)
             strain = max(strain, deviation / min(self.SURE, allowed * now / left))
             error = max(error, float(np.abs(there.change - predicted).max()) * way / now)
-            change = there.change[local.moving.places]
+            change = there.change[local.places]
         if left > self.GROWN * now or not strain <= 1.0:
             return None, strain
         rate = min((left / now) ** (1.0 / periods), 1.0)
@@ -531,8 +489,8 @@ class SlopeLeaps:
         shares, values = [], []
         for before, gone in reversed(self.starts):
             back = (self.gone - gone) / periods
-            alike = np.array_equal(before.moving.follow, local.moving.follow)  # slips, and open nodes
+            alike = np.array_equal(before.moves, local.moves)  # slips, and open nodes
             if alike and 1.0 / COMPARABLE <= back <= COMPARABLE:
                 shares.append(-back)
-                values.append(before.change - local.linear((before.start - local.start)[local.moving.places]))
+                values.append(before.change - local.linear((before.start - local.start)[local.places]))
         return Samples(np.array(shares), np.array(values).reshape(-1, len(local.change))).first(MOST_EARLIER)
