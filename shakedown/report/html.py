@@ -7,7 +7,7 @@ from functools import partial
 from itertools import groupby
 from math import inf
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -220,26 +220,13 @@ def limit_pictures(v: Verification) -> list[Picture]:
     return pictures
 
 
-class Pictured(NamedTuple):
-    """A long-term state to draw, with words that identify it."""
-
-    state: LongTermState
-    which: str
-
-    def picture(self, caption: str, *drawings: Drawing, one_legend: bool = False) -> Picture:
-        """Panels under one caption, with the load factor above them."""
-        name = at_lambda(self.state.load_factor)
-        whole = f"{caption} ({self.which}).{_left_out(self.state.problem)}"
-        return picture(whole, *(each._replace(name=name) for each in drawings), one_legend=one_legend)
-
-
-def as_given_state(v: Verification) -> Pictured | None:
+def as_given_state(v: Verification) -> LongTermState | None:
     """The long-term state at λ = 1; None where it was not followed from event to event."""
     state = v.as_given.simulation.long_term
-    return None if state is None or not len(state.history) else Pictured(state, "at λ = 1, the nominal load")
+    return None if state is None or not len(state.history) else state
 
 
-def cycling_state(v: Verification) -> Pictured | None:
+def cycling_state(v: Verification) -> LongTermState | None:
     """A state in which nodes slip: at λ = 1, or at the nearest simulated load factor above."""
     if v.as_given.simulation.outcome in MOVING:
         return as_given_state(v)
@@ -247,33 +234,45 @@ def cycling_state(v: Verification) -> Pictured | None:
     states.sort(key=lambda state: inf if state is None else state.load_factor)
     for state in [*states, None if v.transient is None else v.transient.at_high]:
         if state is not None and state.outcome in MOVING and state.load_factor > 1 and len(state.history):
-            return Pictured(
-                state, f"at {at_lambda(state.load_factor)}, the nearest simulated load that slips"
-            )
+            return state
     return None
+
+
+def which_state(state: LongTermState) -> str:
+    """Words that identify one of these states."""
+    if state.load_factor == 1:
+        return "at λ = 1, the nominal load"
+    return f"at {at_lambda(state.load_factor)}, the nearest simulated load that slips"
+
+
+def _of_state(state: LongTermState, caption: str, *drawings: Drawing, one_legend: bool = False) -> Picture:
+    """Panels of a state under one caption, with the load factor above them."""
+    name = at_lambda(state.load_factor)
+    whole = f"{caption} ({which_state(state)}).{_left_out(state.problem)}"
+    return picture(whole, *(each._replace(name=name) for each in drawings), one_legend=one_legend)
 
 
 def state_pictures(v: Verification) -> list[Picture]:
     """Loops of the nodes that dissipate most, slips and friction work, reactions, zones."""
     given, cycling, problem, pictures = as_given_state(v), cycling_state(v), v.problem, list[Picture]()
     if cycling is not None:
-        pictures += [_loops(cycling, problem), *_load_loops(cycling, problem)]
-        pictures += [_slips(cycling, problem)] if problem.n > SIDE_BY_SIDE else []
+        pictures += [_loops(cycling), *_load_loops(cycling)]
+        pictures += [_slips(cycling)] if problem.n > SIDE_BY_SIDE else []
     if given is not None:
-        pictures.append(_reactions(given, problem))
+        pictures.append(_reactions(given))
     shown = cycling or given
-    if shown is not None and shown.state.history.state.any():
-        pictures.append(_zones(shown, problem))
+    if shown is not None and shown.history.state.any():
+        pictures.append(_zones(shown))
     return pictures
 
 
 def contact_to_turn(v: Verification) -> dict[str, str] | None:
     """Data for the script of the view: a state in which nodes slip, or else that at λ = 1; and which."""
-    pictured = cycling_state(v) or as_given_state(v)
-    if pictured is None or not patch_places.can_be_turned(v.problem):
+    state = cycling_state(v) or as_given_state(v)
+    if state is None or not patch_places.can_be_turned(v.problem):
         return None
-    name = at_lambda(pictured.state.load_factor)
-    return {"data": Markup(patch_places.patch_data(pictured.state)), "which": pictured.which, "name": name}
+    data = Markup(patch_places.patch_data(state))
+    return {"data": data, "which": which_state(state), "name": at_lambda(state.load_factor)}
 
 
 def no_pictures(v: Verification) -> str:
@@ -285,74 +284,74 @@ def no_pictures(v: Verification) -> str:
     return f"{absent * (cycling_state(v) is None)} {notes.no_view * unplaced}".strip()
 
 
-def _loops(pictured: Pictured, problem: Problem) -> Picture:
+def _loops(state: LongTermState) -> Picture:
     """Hysteresis loops, or orbits of slips and reactions, of the nodes that dissipate most."""
-    state, work = pictured.state, work_of_nodes(pictured.state)
+    problem, work = state.problem, work_of_nodes(state)
     most = np.argsort(-work, kind="stable")[:EACH_SHOWN].tolist()
     worst = [node for node in most if work[node] > SIX_DIGITS * work.max()] or [0]
     if in_space(problem):
         what, draw = "Slip orbits", plot.slip_orbits
         beside: Callable[..., object] = partial(plot.reaction_orbits, nodes=worst)
     else:
-        what, draw, beside = (
-            "Hysteresis loops",
-            plot.hysteresis,
-            partial(plot.reactions_in_time, node=worst[0]),
-        )
+        what, draw = "Hysteresis loops", plot.hysteresis
+        beside = partial(plot.reactions_in_time, node=worst[0])
     total = sized(state.dissipation_per_cycle, units_of(problem).work)
     caption = f"{what} of the nodes that dissipate most, and their reactions; {total} per cycle in all"
     draws = partial(draw, state, problem, nodes=worst), partial(beside, state, problem)
-    return pictured.picture(caption, *(Drawing(draw) for draw in draws))
+    return _of_state(state, caption, *(Drawing(draw) for draw in draws))
 
 
-def _load_loops(pictured: Pictured, problem: Problem) -> Iterator[Picture]:
+def _load_loops(state: LongTermState) -> Iterator[Picture]:
     """Loops of the loads that vary most, where the joint knows how far its loads move."""
+    problem = state.problem
     if problem.load_compliance is None or problem.load_history is None:
         return
-    areas = np.abs(load_loops(problem, pictured.state).areas)
+    areas = np.abs(load_loops(problem, state).areas)
     varying = np.flatnonzero(np.ptp(problem.load_history, axis=0) > 0)
     chosen = varying[np.argsort(-areas[varying], kind="stable")][:SIDE_BY_SIDE].tolist()
     if chosen:
-        drawings = [Drawing(partial(plot.loop, pictured.state, load=j)) for j in chosen]
+        drawings = [Drawing(partial(plot.loop, state, load=j)) for j in chosen]
         caption = "Loops of the loads: together their areas are what is dissipated in one period"
-        yield pictured.picture(caption, *drawings)
+        yield _of_state(state, caption, *drawings)
 
 
-def _reactions(pictured: Pictured, problem: Problem) -> Picture:
+def _reactions(state: LongTermState) -> Picture:
     """Reactions of a few nodes over time; of more, pressure and use of friction at instants."""
-    path, caption = pictured.state.history, "Normal reactions, and use of friction: {} a node is at its limit"
+    path, problem = state.history, state.problem
+    caption = "Normal reactions, and use of friction: {} a node is at its limit"
     if in_space(problem):  # where reactions are largest, and where the total pressure is smallest
         times = [float(path.cycle[row]) for row in extreme_rows(path)[:0:-1]]
         times = times[: 1 + (abs(times[1] - times[0]) > 0.5 / SIDE_BY_SIDE)]  # near in time they look alike
         drawn = plot.pressure_over_patch, plot.friction_use_at
         draws = [partial(draw, path, problem, time) for time in times for draw in drawn]
-        return pictured.picture(caption.format("at the rim"), *_panels(problem, *draws))
+        return _of_state(state, caption.format("at the rim"), *_panels(problem, *draws))
     if problem.n <= SIDE_BY_SIDE:
         each = [partial(plot.reactions_in_time, path, problem, node) for node in range(problem.n)]
-        return pictured.picture("Tangential reactions between their limits", *map(Drawing, each))
+        return _of_state(state, "Tangential reactions between their limits", *map(Drawing, each))
     times = path.cycle[0] + np.arange(EACH_SHOWN) / EACH_SHOWN * (path.cycle[-1] - path.cycle[0])
     along = [
         partial(draw, path.at(times), problem, cycles=times) for draw in (plot.pressure, plot.friction_use)
     ]
-    return pictured.picture(caption.format("at ±1"), *map(Drawing, along))
+    return _of_state(state, caption.format("at ±1"), *map(Drawing, along))
 
 
-def _slips(pictured: Pictured, problem: Problem) -> Picture:
+def _slips(state: LongTermState) -> Picture:
     """How far each node slips, and what friction dissipates there."""
-    caption, draws = "Slip range of each node", (plot.slip_range, plot.dissipation_along)
+    problem, caption = state.problem, "Slip range of each node"
+    draws = plot.slip_range, plot.dissipation_along
     if in_space(problem):
         caption, draws = "Slip Σ|Δv| of each node", (plot.slip_over_patch, plot.work_over_patch)
-    panels = _panels(problem, *(partial(draw, pictured.state, problem) for draw in draws))
-    return pictured.picture(f"{caption}, and its friction work in one period", *panels)
+    panels = _panels(problem, *(partial(draw, state, problem) for draw in draws))
+    return _of_state(state, f"{caption}, and its friction work in one period", *panels)
 
 
-def _zones(pictured: Pictured, problem: Problem) -> Picture:
+def _zones(state: LongTermState) -> Picture:
     """Stick, slip and open zones: over position and time, or at instants of the period."""
-    path, caption = pictured.state.history, "What sticks, slips and is open in one period"
+    path, problem, caption = state.history, state.problem, "What sticks, slips and is open in one period"
     if not in_space(problem):
-        return pictured.picture(caption, Drawing(partial(plot.zones, path, problem)))
+        return _of_state(state, caption, Drawing(partial(plot.zones, path, problem)))
     draws = [partial(plot.zones_at, path, problem, time) for time in instants(path)]
-    return pictured.picture(caption, *_panels(problem, *draws), one_legend=True)
+    return _of_state(state, caption, *_panels(problem, *draws), one_legend=True)
 
 
 def instants(path: EventHistory) -> list[float]:
