@@ -5,7 +5,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, field, fields
-from functools import cached_property
+from functools import cached_property, partial
 from importlib.metadata import version
 from math import inf, nan
 from typing import Any
@@ -330,13 +330,13 @@ def initial_state_map(
         # states times nodes squared in space: a few seconds, as long as processes take to start
         elif chosen.states * problem.n**2 < 1 << 13:
             workers = 1
-    work = MapPieces(chosen, slip_below is not None, threads)
+    size, settings = piece_size(problem), _settings(chosen, slip_below is not None)
+    work = partial(_piece, chosen, size, slip_below is not None, threads)
     run: dict[str, Any] = {"executor": executor, "workers": workers, "progress": progress}
-    run |= {"settings": (work.settings(), work.size), "output": target, "resume": resume}
-    with run_pieces(work, work.count, **run) as pieces:
+    run |= {"settings": (settings, size), "output": target, "resume": resume}
+    with run_pieces(work, 1 + -(-chosen.states // size), **run) as pieces:
         columns: dict[str, Any] = {key: np.concatenate([piece[key] for piece in pieces]) for key in pieces[0]}
         if target is not None:
-            settings = work.settings()
             about = {"load_factor": chosen.load_factor, "named": settings["named"]}
             about["settings"] = json.dumps(settings, ensure_ascii=False)
             with atomic_write(target) as file:
@@ -350,50 +350,42 @@ def initial_state_map(
     )
 
 
-@dataclass(frozen=True)
-class MapPieces:
-    """A function from the number of a piece to its long-term states."""
+def piece_size(problem: Problem) -> int:
+    """States in one piece of a map: about a second of work."""
+    # times the work of a state in the plane, with correspondingly fewer states in a piece
+    return BLOCK * max(1, 256 // (problem.n if problem.directions == 1 else 16 * problem.n))
 
-    sampling: Sampling
-    slip_ranges: bool = False  # whether to follow every state that does not come to rest once more for them
-    threads: int = 1  # that share a piece
 
-    @property
-    def size(self) -> int:
-        """States in one piece: about a second of work."""
-        problem = self.sampling.problem
-        # times the work of a state in the plane, with correspondingly fewer states in a piece
-        return BLOCK * max(1, 256 // (problem.n if problem.directions == 1 else 16 * problem.n))
+def _piece(chosen: Sampling, size: int, slip_ranges: bool, threads: int, number: int) -> Arrays:
+    """The long-term states of a piece: the first has the states with a name, each other one so many more.
 
-    @property
-    def count(self) -> int:
-        """Number of pieces: one for the states with a name, then the others."""
-        return 1 + -(-self.sampling.states // self.size)
+    With ``slip_ranges`` every state that does not come to rest is followed once more for them. ``threads``
+    share the piece.
+    """
+    slips = np.array(list(chosen.named.values()))
+    if number:
+        slips = chosen.slips((number - 1) * size, number * size)
+    found = long_term_states(
+        chosen.problem, chosen.load_factor, slips, **chosen.search_limits, threads=threads
+    )
+    columns: Arrays = {key: value for key, value in vars(found).items() if key != "load_factor"}
+    if slip_ranges:
+        ends = zip(found.outcome, slips, strict=True)
+        columns["slip_range"] = np.array([_slip_range(chosen, *end) for end in ends], dtype=float)
+    return columns
 
-    def __call__(self, number: int) -> Arrays:
-        chosen, slips = self.sampling, np.array(list(self.sampling.named.values()))
-        if number:
-            slips = chosen.slips((number - 1) * self.size, number * self.size)
-        found = long_term_states(
-            chosen.problem, chosen.load_factor, slips, **chosen.search_limits, threads=self.threads
-        )
-        columns: Arrays = {key: value for key, value in vars(found).items() if key != "load_factor"}
-        if self.slip_ranges:
-            ends = zip(found.outcome, slips, strict=True)
-            columns["slip_range"] = np.array([_slip_range(chosen, *end) for end in ends], dtype=float)
-        return columns
 
-    def settings(self) -> dict[str, Any]:
-        """Everything that the states depend on, to repeat them and to distinguish maps."""
-        chosen, rest = self.sampling, ("problem", "tolerances")
-        return {
-            "problem_sha256": chosen.problem.fingerprint,
-            **{each.name: getattr(chosen, each.name) for each in fields(chosen) if each.name not in rest},
-            "tolerances": asdict(chosen.tolerances),
-            "named": list(chosen.named),
-            "slip_ranges": self.slip_ranges,
-            "version": version("shakedown-bounds"),
-        }
+def _settings(chosen: Sampling, slip_ranges: bool) -> dict[str, Any]:
+    """Everything that the states depend on, to repeat them and to distinguish maps."""
+    rest = "problem", "tolerances"
+    return {
+        "problem_sha256": chosen.problem.fingerprint,
+        **{each.name: getattr(chosen, each.name) for each in fields(chosen) if each.name not in rest},
+        "tolerances": asdict(chosen.tolerances),
+        "named": list(chosen.named),
+        "slip_ranges": slip_ranges,
+        "version": version("shakedown-bounds"),
+    }
 
 
 def _slip_range(chosen: Sampling, outcome: str, slip: FloatArray) -> float:

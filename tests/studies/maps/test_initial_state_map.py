@@ -173,7 +173,7 @@ def stopped_after(patch, last):
 
 
 def test_interrupted_after_any_piece_the_bytes_are_the_same(tmp_path, monkeypatch):
-    monkeypatch.setattr("shakedown.studies.basin_map.MapPieces.size", 16)
+    monkeypatch.setattr("shakedown.studies.basin_map.piece_size", lambda problem: 16)
     mapped(tmp_path / "whole.npz", 64)
     expected = (tmp_path / "whole.npz").read_bytes()
     for last in range(4):
