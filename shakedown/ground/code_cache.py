@@ -8,6 +8,7 @@ lies in another folder.
 
 import logging
 from collections.abc import Callable
+from copy import copy
 from functools import cache
 from hashlib import sha256
 from itertools import count
@@ -106,25 +107,15 @@ def _say_that_nothing_is_kept(reason: str) -> None:
     )
 
 
-class _NoEnvironment:
-    """The code generator, which writes no environment into code that does not exist."""
-
-    def __init__(self, codegen: Any) -> None:
-        self._codegen = codegen
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._codegen, name)
-
-    def set_env(self, name: str, environment: Any) -> None:
-        """Nothing to do."""
-
-
 class LinkedLibrary(JITCodeLibrary):
     """Code to be linked into that of callers, as it was lowered."""
 
     @property
     def codegen(self) -> Any:
-        return _NoEnvironment(self._codegen)
+        """The code generator, which writes no environment into code that does not exist."""
+        silent: Any = copy(self._codegen)
+        silent.set_env = lambda name, environment: None
+        return silent
 
     def _optimize_final_module(self) -> None:
         """Callers do that, with their own."""

@@ -15,7 +15,6 @@ import numba
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
 from numba import extending, types
-from numba.core.datamodel.models import PrimitiveModel
 from numba.core.typing.templates import AttributeTemplate
 from numba.np.numpy_support import as_dtype
 from numpy.typing import NDArray
@@ -168,10 +167,7 @@ def _compiled_type(declared: Any) -> Any:
     return numbers.get(declared) or declared.compiled
 
 
-@extending.register_model(StateType)
-class _Address(PrimitiveModel):
-    def __init__(self, manager: Any, kind: StateType) -> None:
-        super().__init__(manager, kind, ir.IntType(8).as_pointer())
+extending.register_model(StateType)(extending.models.OpaqueModel)  # an address
 
 
 @extending.typeof_impl.register(NamedState)
