@@ -10,9 +10,8 @@ from functools import cached_property
 from math import inf, nan
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import EPS, NEGLIGIBLE, SIX_DIGITS, FloatArray, Mask
+from shakedown.ground.constants import EPS, NEGLIGIBLE, SIX_DIGITS, FloatArray, IntArray, Mask
 from shakedown.ground.status import OPEN, Status
 from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import loading
@@ -190,9 +189,8 @@ class SlidingBody:
         k. The load factors with such a path are an interval; it reaches from
         ``start``, or nothing is added, to ``goal`` at most.
         """
-        path = _Path(self, side, back)
-        last = path.end(start, goal, -1.0)
-        if not last > start or not path.end(0.5 * start, goal, 1.0) <= start:
+        last = _path_end(self, side, back, (start, goal), -1.0)
+        if not last > start or not _path_end(self, side, back, (0.5 * start, goal), 1.0) <= start:
             return start
         return last
 
@@ -250,82 +248,80 @@ def _last(constant: float, growing: float) -> float:
     return constant / -growing if growing < 0.0 else inf
 
 
-class _Path:
-    """The program of Theorem 3: a periodic path x (m, n) and λ; nodes that never go back stand still."""
+def _path_end(body: SlidingBody, side: int, back: Mask, within: tuple[float, float], cost: float) -> float:
+    """The least (``cost`` 1) or largest (−1) load factor between two with a path of Theorem 3; NaN without.
 
-    def __init__(self, body: SlidingBody, side: int, back: Mask) -> None:
-        self.body, self.side, self.back = body, side, back
-        m, n = back.shape
-        moving = back.any(axis=0)
-        column = np.where(moving, np.arange(m)[:, None], 0) * n + np.arange(n)
-        self.columns = np.unique(column, return_inverse=True)[1].reshape(m, n)
-        self.slack = SLACK * float(np.abs(body.h0[side]).mean())
+    The program is of a periodic path x (m, n) and λ; nodes that never go back stand still. What it finds is
+    checked by its residuals.
+    """
+    from scipy.optimize import linprog
+    from scipy.sparse import coo_array, vstack
 
-    def end(self, low: float, high: float, cost: float) -> float:
-        """The least (``cost`` 1) or largest (−1) load factor between two with such a path; NaN without one.
+    (m, n), columns = back.shape, _path_columns(back)
+    # forces in units of their mean, slips in those that this force causes
+    scale, stiff = float(np.abs(body.h0[side]).mean()), float(np.abs(np.diagonal(body.M[side])).mean())
+    count, slack = int(columns.max()) + 1, SLACK * scale
+    ahead = np.roll(columns, 1, axis=0)
+    k, i = np.divmod(np.arange(m * n), n)
+    dense = np.broadcast_to(np.repeat(np.arange(m * n), n)[:, None], (m * n * n, 1)).ravel()
 
-        The path is checked by its residuals.
-        """
-        from scipy.optimize import linprog
-        from scipy.sparse import coo_array, vstack
+    def rows(M: FloatArray, at: IntArray, growing: FloatArray) -> coo_array:
+        values = np.append(-np.tile(M, (m, 1)).ravel() / stiff, -growing.ravel() / scale)
+        places = np.append(dense, np.arange(m * n)), np.append(at[k].ravel(), np.full(m * n, count))
+        return coo_array((values, places), (m * n, count + 1))
 
-        body, side, back = self.body, self.side, self.back
-        (m, n), count = back.shape, int(self.columns.max()) + 1
-        # forces in units of their mean, slips in those that this force causes
-        scale, stiff = float(np.abs(body.h0[side]).mean()), float(np.abs(np.diagonal(body.M[side])).mean())
-        ahead = np.roll(self.columns, 1, axis=0)
-        k, i = np.divmod(np.arange(m * n), n)
-        dense = np.broadcast_to(np.repeat(np.arange(m * n), n)[:, None], (m * n * n, 1)).ravel()
+    M, h0, h1 = body.M[side], body.h0[side], body.h1[side]
+    matrices, right = [rows(M, columns, h1)], [np.tile(h0, m) - slack]
+    other, g0, g1 = body.M[1 - side], body.h0[1 - side], body.h1[1 - side]
+    chosen = np.flatnonzero(back.ravel())
+    for at, load in ((columns, g1), (ahead, np.roll(g1, 1, axis=0))):
+        matrices.append(rows(other, at, -load).tocsr()[chosen])
+        right.append(-np.tile(g0, m)[chosen] - slack)
+    free = np.flatnonzero(~back.ravel() & np.any(back, axis=0).take(i))
+    pair = np.concatenate([ahead.ravel()[free], columns.ravel()[free]])
+    values = np.repeat([1.0, -1.0], len(free))
+    again = coo_array((values, (np.tile(np.arange(len(free)), 2), pair)), (len(free), count + 1))
+    end = linprog(
+        np.append(np.zeros(count), cost),
+        A_ub=vstack([*matrices, again]).tocsr(),
+        b_ub=np.concatenate([each / scale for each in right] + [np.zeros(len(free))]),
+        bounds=[(0.0, 0.0)] + [(None, None)] * (count - 1) + [within],
+        method="highs",
+    )
+    if end.x is None:
+        return nan
+    x, load_factor = _without_round_off(back, end.x[columns] * (scale / stiff)), float(end.x[count])
+    return load_factor if _path_holds(body, side, back, x, load_factor) else nan
 
-        def rows(M: FloatArray, at: NDArray[np.intp], growing: FloatArray) -> coo_array:
-            values = np.append(-np.tile(M, (m, 1)).ravel() / stiff, -growing.ravel() / scale)
-            columns = np.append(at[k].ravel(), np.full(m * n, count))
-            return coo_array((values, (np.append(dense, np.arange(m * n)), columns)), (m * n, count + 1))
 
-        M, h0, h1 = body.M[side], body.h0[side], body.h1[side]
-        matrices, right = [rows(M, self.columns, h1)], [np.tile(h0, m) - self.slack]
-        other, g0, g1 = body.M[1 - side], body.h0[1 - side], body.h1[1 - side]
-        chosen = np.flatnonzero(back.ravel())
-        for at, load in ((self.columns, g1), (ahead, np.roll(g1, 1, axis=0))):
-            matrices.append(rows(other, at, -load).tocsr()[chosen])
-            right.append(-np.tile(g0, m)[chosen] - self.slack)
-        free = np.flatnonzero(~back.ravel() & np.any(back, axis=0).take(i))
-        pair = np.concatenate([ahead.ravel()[free], self.columns.ravel()[free]])
-        values = np.repeat([1.0, -1.0], len(free))
-        again = coo_array((values, (np.tile(np.arange(len(free)), 2), pair)), (len(free), count + 1))
-        end = linprog(
-            np.append(np.zeros(count), cost),
-            A_ub=vstack([*matrices, again]).tocsr(),
-            b_ub=np.concatenate([each / scale for each in right] + [np.zeros(len(free))]),
-            bounds=[(0.0, 0.0)] + [(None, None)] * (count - 1) + [(low, high)],
-            method="highs",
-        )
-        if end.x is None:
-            return nan
-        x, load_factor = self._without_round_off(end.x[self.columns] * (scale / stiff)), float(end.x[count])
-        return load_factor if self._holds(x, load_factor) else nan
+def _path_columns(back: Mask) -> IntArray:
+    """The unknown of the program that the slip of every node is at every load step, (m, n)."""
+    (m, n), moving = back.shape, back.any(axis=0)
+    column = np.where(moving, np.arange(m)[:, None], 0) * n + np.arange(n)
+    return np.unique(column, return_inverse=True)[1].reshape(m, n)
 
-    def _without_round_off(self, x: FloatArray) -> FloatArray:
-        """The path with no step back, however small, where it must not go back."""
-        x, m = x.copy(), len(x)
-        for k in range(2 * m):
-            now, before = k % m, (k - 1) % m
-            x[now] = np.where(self.back[now], x[now], np.maximum(x[now], x[before]))
-        return x
 
-    def _holds(self, x: FloatArray, load_factor: float) -> bool:
-        """Whether a path passes every row at a load factor, beyond round-off."""
-        body, side, back = self.body, self.side, self.back
-        before, last = np.roll(x, 1, axis=0), np.roll(body.h1[1 - side], 1, axis=0)
-        size = (len(body.z) + 4) * EPS * (np.abs(x) @ np.abs(body.M).max(axis=0).T + np.abs(body.h0).max())
+def _without_round_off(back: Mask, x: FloatArray) -> FloatArray:
+    """The path with no step back, however small, where it must not go back."""
+    x, m = x.copy(), len(x)
+    for k in range(2 * m):
+        now, before = k % m, (k - 1) % m
+        x[now] = np.where(back[now], x[now], np.maximum(x[now], x[before]))
+    return x
 
-        def left(which: int, path: FloatArray, load: FloatArray, sign: float) -> FloatArray:
-            value = path @ body.M[which].T + sign * (body.h0[which] + load_factor * load)
-            return np.asarray(value - size)
 
-        held = left(side, x, body.h1[side], 1.0) > 0
-        released = (left(1 - side, x, body.h1[1 - side], -1.0) > 0) & (left(1 - side, before, last, -1.0) > 0)
-        return bool(held.all() and released[back].all() and (x >= before)[~back].all())
+def _path_holds(body: SlidingBody, side: int, back: Mask, x: FloatArray, load_factor: float) -> bool:
+    """Whether a path passes every row at a load factor, beyond round-off."""
+    before, last = np.roll(x, 1, axis=0), np.roll(body.h1[1 - side], 1, axis=0)
+    size = (len(body.z) + 4) * EPS * (np.abs(x) @ np.abs(body.M).max(axis=0).T + np.abs(body.h0).max())
+
+    def left(which: int, path: FloatArray, load: FloatArray, sign: float) -> FloatArray:
+        value = path @ body.M[which].T + sign * (body.h0[which] + load_factor * load)
+        return np.asarray(value - size)
+
+    held = left(side, x, body.h1[side], 1.0) > 0
+    released = (left(1 - side, x, body.h1[1 - side], -1.0) > 0) & (left(1 - side, before, last, -1.0) > 0)
+    return bool(held.all() and released[back].all() and (x >= before)[~back].all())
 
 
 def steps_back(body: SlidingBody, side: int, history: EventHistory) -> Mask:
