@@ -7,17 +7,22 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import BLOCK, ITERATIONS, NEGLIGIBLE, ROUND_OFF, SEVEN_DIGITS, FloatArray
+from shakedown.ground.constants import (
+    BLOCK,
+    ITERATIONS,
+    NEGLIGIBLE,
+    ROUND_OFF,
+    SEVEN_DIGITS,
+    FloatArray,
+    IntArray,
+    Mask,
+)
 from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import with_free_rigid_slips
-
-Numbers = NDArray[np.intp]
-Flags = NDArray[np.bool_]
 
 SECTORS = 96  # sectors of a circle at the start
 SUBDIVISIONS = 15  # parts of a cell that is divided
@@ -36,7 +41,7 @@ class Arcs(Result):
         Unit vectors, counter-clockwise from the first to the last; in the plane both are the one direction.
     """
 
-    node: Numbers
+    node: IntArray
     first: FloatArray
     last: FloatArray
 
@@ -69,11 +74,11 @@ class Cells:
         Tangential directions of a node.
     """
 
-    node: Numbers
-    start: Numbers
-    size: Numbers
+    node: IntArray
+    start: IntArray
+    size: IntArray
     origin: FloatArray
-    chosen: Flags
+    chosen: Mask
     circle: int
     d: int
 
@@ -87,7 +92,7 @@ class Cells:
         tip = (first + last) / (1.0 + np.sum(first * last, axis=1))[:, None]
         return np.stack([first, last, tip], axis=1)
 
-    def divided(self, which: Flags) -> tuple["Cells", Numbers]:
+    def divided(self, which: Mask) -> tuple["Cells", IntArray]:
         """The cells with some of them divided, and of which one each is a part."""
         count = np.where(which, SUBDIVISIONS, 1)
         place = np.repeat(np.arange(len(count)), count)
@@ -96,14 +101,14 @@ class Cells:
         start = self.start[place] + within * size
         return replace(self, node=self.node[place], start=start, size=size, chosen=self.chosen[place]), place
 
-    def arcs(self) -> tuple[Arcs, Numbers, Numbers, Flags] | None:
+    def arcs(self) -> tuple[Arcs, IntArray, IntArray, Mask] | None:
         """The arcs formed by the chosen cells; None where these fill a circle.
 
         With the arc (k,) of every chosen cell, in order, its number among all cells (k,), and which of its
         corners (k, 1 or 3) hold the arc in their hull: the tips and the ends of the arc. A cell that two arcs
         meet in stands with both.
         """
-        runs: list[tuple[Numbers, float, float]] = []
+        runs: list[tuple[IntArray, float, float]] = []
         for node in np.unique(self.node[self.chosen]).tolist():
             mine = np.flatnonzero(self.node == node)
             if self.d == 1:
@@ -120,11 +125,11 @@ class Cells:
         node, (low, high) = self.node[cell[begins]], np.array([run[1:] for run in runs]).reshape(-1, 2).T
         return Arcs(node, self._directions(node, low), self._directions(node, high)), arc, cell, corner
 
-    def _directions(self, node: Numbers, angle: Numbers | FloatArray) -> FloatArray:
+    def _directions(self, node: IntArray, angle: IntArray | FloatArray) -> FloatArray:
         turn = self.origin[node] + 2.0 * np.pi * angle / self.circle
         return np.stack([np.cos(turn), np.sin(turn)], axis=-1)[..., : self.d]
 
-    def _runs(self, mine: Numbers) -> list[tuple[Numbers, float, float]]:
+    def _runs(self, mine: IntArray) -> list[tuple[IntArray, float, float]]:
         """Arcs of equal width, of chosen cells of one node that follow each other: cells, start and end.
 
         ``mine`` begins with a cell that is not chosen.
@@ -163,7 +168,7 @@ def all_cells(origin: FloatArray, d: int, parts: int) -> Cells:
     )
 
 
-def by_node(node: Numbers) -> Iterator[tuple[int, slice]]:
+def by_node(node: IntArray) -> Iterator[tuple[int, slice]]:
     """The nodes that stand in a row, and where.
 
     Examples
@@ -298,7 +303,7 @@ class ArcLimits:
         self._locked = fB @ start, (A @ start).reshape(n, d)
         self._terms = np.abs(fB) @ size, (np.abs(A) @ size).reshape(n, d)
 
-    def slacks(self, node: Numbers, e: FloatArray) -> Slacks:
+    def slacks(self, node: IntArray, e: FloatArray) -> Slacks:
         """Of nodes (c,) in directions (c, k, d), (c, k): at the initial slip, wherever within its error."""
         problem, loop = self.problem, loading(self.problem)
         before, off = problem.layout.split(transient_path(problem)), np.flatnonzero(self._error)
@@ -330,7 +335,7 @@ class ArcLimits:
         if not p.min() > 0.0:
             raise NoSlipBound(START, int(p.argmin()))
 
-    def slopes(self, node: Numbers, e: FloatArray, arcs: Arcs) -> FloatArray:
+    def slopes(self, node: IntArray, e: FloatArray, arcs: Arcs) -> FloatArray:
         """Lower bounds on the effect of slip in arcs on limits of nodes (p,) in directions (p, d), (p, K)."""
         i = node[:, None]
         rows = self._fB[i, arcs.node]
@@ -439,7 +444,7 @@ class ArcSearch:
             raise NoSlipBound(COUPLING, int(node[np.argmax(N.sum(axis=1))]))
         return SlipArcs(node, arcs.first, arcs.last, a, N, np.maximum(inverse, 0.0))
 
-    def _corners_reached(self, load_factor: float, arcs: SlipArcs) -> Numbers:
+    def _corners_reached(self, load_factor: float, arcs: SlipArcs) -> IntArray:
         """At how many of their corners a node may slip, of cells outside the arcs, (c,)."""
         cells, slack = self.cells, self.slacks.at(load_factor)
         # largest length of the vectors at corners of cells
@@ -453,7 +458,7 @@ class ArcSearch:
         reached[near] = np.sum(~safe.reshape(-1, k), axis=1)
         return reached
 
-    def _extended(self, reached: Numbers) -> "ArcSearch":
+    def _extended(self, reached: IntArray) -> "ArcSearch":
         """Choose the cells that are reached at all corners, or as narrow as possible; divide other ones.
 
         So the ends of arcs are as exact as the narrowest cells, and inside arcs are wider ones.
@@ -466,8 +471,7 @@ class ArcSearch:
         divided, from_old = chosen.divided(parts)
         slacks = Slacks(*(part[from_old] for part in self.slacks))
         new = parts[from_old]
-        for part, values in zip(
-            slacks, self.limits.slacks(divided.node[new], divided.corners[new]), strict=True
-        ):
+        of_new = self.limits.slacks(divided.node[new], divided.corners[new])
+        for part, values in zip(slacks, of_new, strict=True):
             part[new] = values
         return replace(self, cells=divided, slacks=slacks)

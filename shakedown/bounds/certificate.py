@@ -345,9 +345,8 @@ def _certificate(program: ExactProgram, end: ExactVertex, rows: ExactRows) -> Ce
         slip = _rounded(end.x[:-1], end.x_scale)
         low, high = exact_program.enclosure(value, end.x_scale)
         near = value / end.x_scale
-    return Certificate(
-        end.status, low, high, near, slip, multipliers, tuple(np.flatnonzero(multipliers).tolist())
-    )
+    carrying = tuple(np.flatnonzero(multipliers).tolist())
+    return Certificate(end.status, low, high, near, slip, multipliers, carrying)
 
 
 def _multipliers(end: ExactVertex, rows: ExactRows) -> FloatArray:

@@ -205,10 +205,8 @@ def _largest_real(matrices: FloatArray) -> FloatArray:
     real &= size > ROUND_OFF * np.abs(matrices).max(axis=(-2, -1))[..., None]
     sizes = np.where(real, size, 0.0)
     place = sizes.argmax(axis=-1)[..., None]
-    largest = np.take_along_axis(sizes, place, axis=-1) * np.sign(
-        np.take_along_axis(eigenvalues.real, place, axis=-1)
-    )
-    return np.asarray(largest[..., 0])
+    signs = np.sign(np.take_along_axis(eigenvalues.real, place, axis=-1))
+    return np.asarray((np.take_along_axis(sizes, place, axis=-1) * signs)[..., 0])
 
 
 WIDTH = 10.0  # largest distance of the best log c from the middle: e²⁰ in c²; any c is valid

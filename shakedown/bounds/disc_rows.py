@@ -5,11 +5,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import lapack, solve_triangular
 
-from shakedown.ground.constants import CONE, SIX_DIGITS, FloatArray, Mask
+from shakedown.ground.constants import CONE, SIX_DIGITS, FloatArray, IntArray, Mask
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.arguments import once_per_problem
 from shakedown.joint.constraints import (
@@ -49,8 +48,7 @@ class Basis:
     sizes: FloatArray
 
 
-Indices = NDArray[np.intp]
-Discs = tuple[Indices, Indices]  # rows of load steps, and nodes
+Discs = tuple[IntArray, IntArray]  # rows of load steps, and nodes
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,12 +79,12 @@ class DiscRows:
     """
 
     stiffness: FloatArray
-    node: Indices
-    step: Indices
+    node: IntArray
+    step: IntArray
     c: FloatArray
     e: FloatArray
     half_spaces: Constraints
-    names: Indices
+    names: IntArray
     in_plane: bool = False
     solved: dict[tuple[float, Tolerances], Any] = field(default_factory=dict, init=False, repr=False)
 
@@ -161,7 +159,7 @@ class DiscRows:
         ]
         return -float(min(each.min(initial=np.inf) for each in slacks))
 
-    def named(self, discs: Indices, others: Indices) -> tuple[tuple[int, int], ...]:
+    def named(self, discs: IntArray, others: IntArray) -> tuple[tuple[int, int], ...]:
         """(node, load step) of some discs and half-spaces, each once; in the plane (node, side)."""
         if self.in_plane:
             return rows_named(self.half_spaces, others)
@@ -257,7 +255,7 @@ def triples(law: Law, q: FloatArray, p: FloatArray) -> FloatArray:
     return np.concatenate([law.limit(p)[..., None], law.layout.by_node(q)], axis=-1)
 
 
-def _pressures(problem: Problem, p0: FloatArray, less: FloatArray, step: Indices, at: Discs) -> Constraints:
+def _pressures(problem: Problem, p0: FloatArray, less: FloatArray, step: IntArray, at: Discs) -> Constraints:
     """The pressures of nodes without friction, with the load steps (m,) that take most from them.
 
     ``less`` (m, n) is what they take from p0 (n,) at load factor 1; of load steps that take as much it is

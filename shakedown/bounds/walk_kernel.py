@@ -31,7 +31,7 @@ from shakedown.ground.constants import BLOCK, ROUND_OFF, FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.work_limit import all_cores
 
-IntArray = NDArray[np.int64]
+Int64Array = NDArray[np.int64]
 
 # Indices into the counters of ``TreeWalk``.
 REGULAR, SUSPECTS, VIOLATED = range(3)
@@ -80,23 +80,23 @@ class TreeWalk(NamedTuple):
     rows: FloatArray
     feasibility: float
     work: FloatArray
-    path: IntArray
-    last: IntArray
-    pivots: IntArray
+    path: Int64Array
+    last: Int64Array
+    pivots: Int64Array
     known: NDArray[np.bool_]
     level: FloatArray
     x: FloatArray
     square: FloatArray
     values: FloatArray
     record: FloatArray
-    subsets: IntArray
+    subsets: Int64Array
     prefixes: NDArray[np.int32]
     lengths: NDArray[np.int32]
-    counters: IntArray
+    counters: Int64Array
 
 
 @linked()
-def set_aside(path: IntArray, length: int, found: TreeWalk) -> None:
+def set_aside(path: Int64Array, length: int, found: TreeWalk) -> None:
     """Store the first ``length`` rows of a path as a suspect."""
     index = found.counters[SUSPECTS]
     for t in range(length):
@@ -217,7 +217,7 @@ def _consider(state: TreeWalk, value: float) -> None:
 
 
 @linked()
-def _solved(rows: FloatArray, path: IntArray, m: FloatArray, x: FloatArray) -> float:
+def _solved(rows: FloatArray, path: Int64Array, m: FloatArray, x: FloatArray) -> float:
     """Solve one subset for ``x`` by partial pivoting; gives the smallest pivot relative to the largest."""
     N = rows.shape[1] - 1
     for t in range(N):
@@ -248,7 +248,7 @@ def _solved(rows: FloatArray, path: IntArray, m: FloatArray, x: FloatArray) -> f
 
 
 @partial(compiled, nogil=True, fastmath={"contract"}, _nrt=False)
-def walk(state: TreeWalk, prefix: IntArray) -> None:
+def walk(state: TreeWalk, prefix: Int64Array) -> None:
     """Visit every completion of a prefix of fewer than N rows.
 
     Every turn moves the path on in the order of the tree, or up: it ends after as many

@@ -37,8 +37,6 @@ from shakedown.joint.rigid_slips import (
 )
 from shakedown.joint.units import NO_LOADS
 
-Places = NDArray[np.intp]
-
 
 @dataclass(frozen=True, eq=False)
 class Zone:

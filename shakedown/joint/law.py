@@ -102,7 +102,7 @@ class Layout:
 layout_of = cache(Layout)  # for a number of nodes and directions; what it works out is kept
 
 
-Numbers = NDArray[Any]  # floats, or exact numbers as objects
+RealArray = NDArray[Any]  # floats, or exact numbers as objects
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +131,7 @@ class Law:
     (array([0.1]), array([0.24, 0.32]), array([-0.6, -0.8]))
     """
 
-    f: Numbers
+    f: RealArray
     d: int = 1
 
     @cached_property
@@ -149,7 +149,7 @@ class Law:
         """The nodes without friction, whose pressures are rows of their own."""
         return np.flatnonzero(self.f == 0)
 
-    def limit(self, p: Numbers) -> Numbers:
+    def limit(self, p: RealArray) -> RealArray:
         """The largest tangential reaction f p, (…, n) [force]."""
         return self.f * p
 
@@ -186,22 +186,22 @@ class Law:
         """The unit vectors −q/|q| along which nodes at their limits slip, (…, dn); 0 where q is."""
         return -self._unit(q)
 
-    def cone(self, q: Numbers, p: Numbers) -> Numbers:
+    def cone(self, q: RealArray, p: RealArray) -> RealArray:
         """s(q, p), which the law wants in K, (…, r) [force]: node by node, then p without friction."""
         limit = self.limit(p)
         rows = _by_node(limit - q, limit + q) if self.d == 1 else _by_node(limit, *self._components(q))
         return self._with_pressures(rows, p)
 
-    def load_terms(self, q: Numbers, p: Numbers) -> Numbers:
+    def load_terms(self, q: RealArray, p: RealArray) -> RealArray:
         """−s(q, p), (…, r) [force]: what a load takes from the slack within the limits."""
         limit = self.limit(p)
         return self._with_pressures(_by_node(q - limit, -q - limit), -p) if self.d == 1 else -self.cone(q, p)
 
-    def limit_rows(self, B: Numbers) -> Numbers:
+    def limit_rows(self, B: RealArray) -> RealArray:
         """f B, (n, k): the limits that pressures p = B v (n, k) leave, as functions of v."""
         return self.f[:, None] * B
 
-    def stiffness(self, A: Numbers, B: Numbers) -> Numbers:
+    def stiffness(self, A: RealArray, B: RealArray) -> RealArray:
         """−∂s/∂v, (r, k) [force/length]: what slips take of it, with q = A v and p = B v.
 
         A is (dn, k), B (n, k).
@@ -247,15 +247,15 @@ class Law:
         count = [len(steps) for steps in found]
         return np.repeat(np.arange(self.layout.n), count), np.concatenate(found)
 
-    def of_nodes(self, rows: Numbers) -> Numbers:
+    def of_nodes(self, rows: RealArray) -> RealArray:
         """The rows of friction among rows (…, r), node by node, (…, n, d + 1)."""
         return rows[..., : self.rows * len(self.f)].reshape(*rows.shape[:-1], len(self.f), self.rows)
 
-    def _with_pressures(self, rows: Numbers, p: Numbers) -> Numbers:
+    def _with_pressures(self, rows: RealArray, p: RealArray) -> RealArray:
         """Rows (…, (d + 1) n) followed by those of the pressures of nodes without friction."""
         return np.concatenate([rows, p[..., self.frictionless]], axis=-1) if len(self.frictionless) else rows
 
-    def _components(self, q: Numbers) -> Numbers:
+    def _components(self, q: RealArray) -> RealArray:
         return np.moveaxis(self.layout.by_node(q), -1, 0)
 
     def _each(self, of_nodes: FloatArray) -> FloatArray:
@@ -267,7 +267,7 @@ class Law:
         return np.divide(q, size, out=np.zeros_like(size), where=size > 0)
 
 
-def _by_node(*parts: Numbers) -> Numbers:
+def _by_node(*parts: RealArray) -> RealArray:
     """Rows (…, n) of every node together: those of node 0, of node 1, …"""
     return np.stack(parts, axis=-1).reshape(*parts[0].shape[:-1], -1)
 

@@ -5,9 +5,9 @@ from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from shakedown.ground.constants import CONE, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import CONE, SIX_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import once_per_problem
@@ -127,7 +127,6 @@ def energy_metric(
     )
 
 
-Places = NDArray[np.intp]
 OWN = 32 * np.finfo(float).eps  # relative round-off of a pressure determined by its node's own reaction
 
 
@@ -151,8 +150,8 @@ class Rows(NamedTuple):
     d: FloatArray
     g: FloatArray
     spread: FloatArray
-    node: Places
-    side: Places
+    node: IntArray
+    side: IntArray
 
     def followed_by(self, others: "Rows") -> "Rows":
         """These rows and others."""
@@ -204,11 +203,11 @@ class BallLimits:
     G: FloatArray
     blocks: FloatArray
     rows: Rows
-    closed: Places
+    closed: IntArray
     metric: EnergyMetric
     rigid: RigidSlips
-    node: Places = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
-    step: Places = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
+    node: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
+    step: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
     d: FloatArray = field(default_factory=partial(np.zeros, (0, CONE)))
     g: FloatArray = field(default_factory=partial(np.zeros, (0, CONE)))
     f: FloatArray = field(default_factory=partial(np.zeros, 0))
@@ -278,7 +277,7 @@ class BallLimits:
         """The largest violation of a limit by a ball, relative to its terms."""
         return -float(np.min(self.relative_slack(slip, load_factor, radius)))
 
-    def names(self, indices: Places) -> tuple[tuple[int, int], ...]:
+    def names(self, indices: IntArray) -> tuple[tuple[int, int], ...]:
         """(node, side) of some rows, (node, load step) of some discs, in order, each once."""
         node = np.append(self.closed[self.node], self.rows.node)
         side = np.append(self.step, self.rows.side)

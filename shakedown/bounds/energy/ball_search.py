@@ -9,7 +9,7 @@ from typing import TypeGuard
 import numpy as np
 
 from shakedown.bounds.energy.about_slip import LimitsAbout, limits_about
-from shakedown.bounds.energy.ball_limits import BallLimits, Places
+from shakedown.bounds.energy.ball_limits import BallLimits
 from shakedown.bounds.scaled_solution import polished
 from shakedown.ground.constants import (
     ALTERNATIONS,
@@ -22,6 +22,7 @@ from shakedown.ground.constants import (
     ROUND_OFF,
     SIX_DIGITS,
     FloatArray,
+    IntArray,
 )
 from shakedown.ground.errors import Missing, SolverError, attempt
 from shakedown.ground.status import Status
@@ -79,7 +80,7 @@ class FoundBall:
         return _weights(self.program, self.about, self.solution.multipliers)
 
     @property
-    def active(self) -> Places:
+    def active(self) -> IntArray:
         """The discs and rows that the proof rests on."""
         least = NEGLIGIBLE if self.status == Status.OPTIMAL else SIX_DIGITS  # else they are not polished
         return np.flatnonzero(self.weights > least * self.weights.max(initial=0.0))

@@ -25,7 +25,7 @@ from shakedown.ground.tolerances import DEFAULT
 from shakedown.ground.work_limit import all_cores, threads_of_blas
 from shakedown.models.condensation.contact_frame import ContactFrame
 from shakedown.models.condensation.load_case import LoadCase
-from shakedown.models.condensation.stiffness_checks import Places, loose_motion
+from shakedown.models.condensation.stiffness_checks import PlacesByNode, loose_motion
 
 Piece = tuple[IntArray, tuple[int, ...]]  # nodes eliminated together; the places of the pieces beneath it
 
@@ -368,7 +368,7 @@ class Interior:
         wrong = np.abs(factors.schur[:, chosen] - reaction).max()
         return float(max(left, wrong) / max(np.abs(factors.schur).max(), np.finfo(float).tiny))
 
-    def loosest(self, dofs: IntArray, places: Places | None) -> str:
+    def loosest(self, dofs: IntArray, places: PlacesByNode | None) -> str:
         """The motion of the interior with the least resistance, in words."""
         K_ii = (self.T_i.T @ self.K @ self.T_i).tocsc()
         return loose_motion(K_ii, dofs[self.free], places)
@@ -409,7 +409,7 @@ def interior_of(
     frame: ContactFrame,
     held: NDArray[np.bool_],
     guided: NDArray[np.bool_],
-    places: Places | None = None,
+    places: PlacesByNode | None = None,
 ) -> Interior:
     """Split a model into contact, interior and held rows and factorise its interior.
 
@@ -435,7 +435,7 @@ def _by_fronts(
     matrix: sparse.csr_array,
     T: sparse.csr_array,
     dofs: IntArray,
-    places: Places | None,
+    places: PlacesByNode | None,
 ) -> FrontFactors | None:
     """Factors of the interior, the first rows of Tᵀ K T.
 
@@ -465,7 +465,7 @@ def _by_fronts(
     return None if pivots.min() < DEFAULT.singular_pivot * pivots.max() else factors
 
 
-def _factorised(K_ii: sparse.csc_array, dofs: IntArray, places: Places | None) -> SuperLU | None:
+def _factorised(K_ii: sparse.csc_array, dofs: IntArray, places: PlacesByNode | None) -> SuperLU | None:
     if K_ii.shape[0] == 0:
         return None
     try:
@@ -489,7 +489,7 @@ def _factorised(K_ii: sparse.csc_array, dofs: IntArray, places: Places | None) -
     return lu
 
 
-def _loose(K_ii: sparse.csc_array, dofs: IntArray, places: Places | None) -> str:
+def _loose(K_ii: sparse.csc_array, dofs: IntArray, places: PlacesByNode | None) -> str:
     """The description of an interior that is not held, for a message."""
     expected = "K: expected an interior that the supports and the welded contact hold, found that it can move"
     try:

@@ -14,11 +14,11 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.condensation.surface_mesh import rigid_rows
 
-Places = Mapping[int, Sequence[float]]  # node → (x, y, z)
+PlacesByNode = Mapping[int, Sequence[float]]  # node → (x, y, z)
 _SAME = 1e-5  # part of a motion that must lie outside the free ones for it not to be one of them
 
 
-def loose_motion(K: sparse.csc_array, dofs: IntArray, places: Places | None = None) -> str:
+def loose_motion(K: sparse.csc_array, dofs: IntArray, places: PlacesByNode | None = None) -> str:
     """What moves without resistance, as a message says it: nodes, with directions.
 
     Parameters
@@ -57,7 +57,7 @@ def loose_motion(K: sparse.csc_array, dofs: IntArray, places: Places | None = No
     return "; ".join(f"{_nodes(nodes)} {motion}" for motion, nodes in found.items())
 
 
-def motions_in_words(modes: FloatArray, dofs: IntArray, places: Places | None) -> list[str]:
+def motions_in_words(modes: FloatArray, dofs: IntArray, places: PlacesByNode | None) -> list[str]:
     """The motions of one part, (N, k), in words: along axes, turning about them, other ways."""
     left, singular, _ = np.linalg.svd(modes, full_matrices=False)
     free = left[:, singular > _SAME * singular[0]]
@@ -80,7 +80,7 @@ def motions_in_words(modes: FloatArray, dofs: IntArray, places: Places | None) -
     return words
 
 
-def rigid_motions(dofs: IntArray, places: Places | None, axes: Sequence[int]) -> FloatArray:
+def rigid_motions(dofs: IntArray, places: PlacesByNode | None, axes: Sequence[int]) -> FloatArray:
     """Rigid motions of nodes, one row per row: along the axes, then turned within them, (N, k).
 
     Displacements are 1 at most. Rows of rotations (directions 4, 5, 6) turn along, internal nodes (labels
