@@ -16,11 +16,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from numba import njit
 
 import shakedown
 from benchmarks.bodies.bearing_ring import bearing_ring
 from benchmarks.display import listed
+from benchmarks.problems import refined
 from shakedown import LongTermState, Problem
 from shakedown.assessment.creep_limit import is_creeping
 from shakedown.ground.constants import FloatArray
@@ -28,6 +28,7 @@ from shakedown.joint.constraints import loading
 from shakedown.joint.units import without_loads
 from shakedown.long_term.creep_proofs import SlidingBody, sliding_bodies
 from shakedown.motion.evolution import evolve
+from shakedown.motion.fixed_steps import FixedSteps
 
 TITLE = "Drift below what is proved to exclude it, and fixed load steps on either side of λ_c"
 # joints of a case, starts of each load factor and order: fewest where nodes often open, which takes long
@@ -244,45 +245,11 @@ def stepped_over(seed: int) -> dict:
 
 def drift_at_fixed_steps(joint: Problem, load_factor: float) -> float:
     """The largest growth of slip in the last of some cycles from slip zero, relative to the slips in it."""
-    f, m, loop = joint.f, joint.m, loading(joint)
-    at = np.arange(PARTS * m) / PARTS
-    q, p = (
-        np.stack([np.interp(at, np.arange(m), each, period=m) for each in path.T], axis=1)
-        for path in (loop.q0 + load_factor * loop.q1, loop.p0 + load_factor * loop.p1)
-    )
-    fB = f[:, None] * joint.B
-    ends, slip = gauss_seidel(joint.A + fB, joint.A - fB, f * p + q, f * p - q, CYCLES)
-    return float(np.abs(ends[-1] - ends[-2]).max() / (slip.max() or 1.0))
-
-
-@njit
-def gauss_seidel(forward, backward, h_forward, h_backward, cycles):  # type: ignore[no-untyped-def]
-    """Slips (cycles, n) after each cycle, and how far each node slips in the last one, (n,).
-
-    At every load step each node goes to its limit where it is beyond it, in turn until none is.
-    """
-    m, n = h_forward.shape
-    v, ends, slip = np.zeros(n), np.zeros((cycles, n)), np.zeros(n)
-    small = 1e-13 * np.abs(h_forward).max()
-    for cycle in range(cycles):
-        slip[:] = 0.0
-        for k in range(m):
-            before = v.copy()
-            for _ in range(100000):
-                worst = 0.0
-                for i in range(n):
-                    up = -(forward[i] @ v + h_forward[k, i])
-                    down = backward[i] @ v - h_backward[k, i]
-                    if up > 0.0:
-                        v[i] += up / forward[i, i]
-                    elif down > 0.0:
-                        v[i] -= down / backward[i, i]
-                    worst = max(worst, up, down)
-                if worst <= small:
-                    break
-            slip += np.abs(v - before)
-        ends[cycle] = v
-    return ends, slip
+    motion = FixedSteps(refined(joint, PARTS), load_factor)
+    motion.advance(CYCLES - 1)
+    before, last = motion.state.u[joint.layout.slips], motion.cycle()
+    assert last is not None
+    return float(np.abs(last.end_slip - before).max() / (last.slip.max() or 1.0))
 
 
 def tables(rows: list[dict]) -> str:
