@@ -61,7 +61,6 @@ def rational_path(
             states.append(u)
         # The state at the end of a cycle, with the load there, determines the next cycle.
         if stop_at_repeat and cycle > 0 and states[-1] == states[-1 - len(loop)]:
-            u = states[-1]
             for target in loop:
                 u, load = _load_step(kappa, f, u, load, target), target
                 states.append(u)

@@ -3,19 +3,20 @@
 import numpy as np
 
 import shakedown
-from benchmarks.corner_report import corner_report, pair_thresholds
+from benchmarks.corner_report import CornerEnd, CornerReport, corner_report, pair_thresholds
 from benchmarks.thesis_entry import Entry, entry
+from shakedown import Problem
 from shakedown.motion.evolution import evolve
 
 
 def chapter_6() -> list[Entry]:
     """Two nodes at their limits: (6.45)–(6.60), as printed and as computed."""
-    return [*_equations(), *_thresholds(), *_corner(), *_end()]
-
-
-def _equations() -> list[Entry]:
     joint = shakedown.example("jump")
     report = corner_report(joint, joint.q_w[0], joint.p_w[0])
+    return [*_equations(joint, report), *_thresholds(joint), *_corner(report), *_end(joint, report.end)]
+
+
+def _equations(joint: Problem, report: CornerReport) -> list[Entry]:
     return [
         entry(
             "(6.4)–(6.10)", "determinants of two slipping nodes; uniqueness in contact",
@@ -41,8 +42,7 @@ def _equations() -> list[Entry]:
     ]  # fmt: skip
 
 
-def _thresholds() -> list[Entry]:
-    joint = shakedown.example("jump")
+def _thresholds(joint: Problem) -> list[Entry]:
     limits = shakedown.friction_thresholds(joint)
     return [
         entry(
@@ -60,9 +60,7 @@ def _thresholds() -> list[Entry]:
     ]  # fmt: skip
 
 
-def _corner() -> list[Entry]:
-    joint = shakedown.example("jump")
-    report = corner_report(joint, joint.q_w[0], joint.p_w[0])
+def _corner(report: CornerReport) -> list[Entry]:
     home = "benchmarks.corner_report"
     return [
         entry("(6.49)", "discontinuity point v", home, "-20.7296 30.9087", report.slip),
@@ -80,9 +78,7 @@ def _corner() -> list[Entry]:
     ]  # fmt: skip
 
 
-def _end() -> list[Entry]:
-    joint = shakedown.example("jump")
-    end = corner_report(joint, joint.q_w[0], joint.p_w[0]).end
+def _end(joint: Problem, end: CornerEnd | None) -> list[Entry]:
     assert end is not None
     home, path = "benchmarks.corner_report.CornerEnd", evolve(joint, 1.0, joint.initial_slip[0]).history
     printed = "0.3881 0.1668 -0.0525 0.1754 0.1216 0.1082 -0.053 0.1082 0.5522"
