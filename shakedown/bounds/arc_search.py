@@ -231,10 +231,10 @@ class SlipArcs(Arcs):
         y = np.maximum(np.maximum(-slopes, 0.0) @ self.inverse - np.maximum(slopes, 0.0), 0.0)
         short = np.flatnonzero((slack <= y @ self.alone) & (slack > 0.0))
         for some in np.array_split(short, len(short) * len(self.alone) ** 2 // BLOCK + 1):
-            y[some] = self._least(y[some], slack[some], slopes[some])
+            y[some] = self._least_multipliers(y[some], slack[some], slopes[some])
         return y
 
-    def _least(self, y: FloatArray, slack: FloatArray, slopes: FloatArray) -> FloatArray:
+    def _least_multipliers(self, y: FloatArray, slack: FloatArray, slopes: FloatArray) -> FloatArray:
         """The least multipliers; the known ones where the least would leave no slack either.
 
         From those that are positive anyway on, one solution after the other from below.
@@ -313,7 +313,7 @@ class ArcLimits:
         locked -= NEGLIGIBLE * terms
         found = Slacks(*(np.empty(e.shape[:2]) for _ in Slacks._fields))
         for i, mine in by_node(node):
-            least = partial(_least, problem, i, e[mine])
+            least = partial(_least_limit, problem, i, e[mine])
             found.base[mine] = least(loop.q0[None], loop.p0[None])
             found.fall[mine] = np.maximum(-least(loop.q1, loop.p1), 0.0)
             found.before[mine] = least(*before)
@@ -371,7 +371,7 @@ def origins(problem: Problem) -> FloatArray:
     return np.asarray(np.arctan2(y, x))
 
 
-def _least(problem: Problem, i: int, e: FloatArray, q: FloatArray, p: FloatArray) -> FloatArray:
+def _least_limit(problem: Problem, i: int, e: FloatArray, q: FloatArray, p: FloatArray) -> FloatArray:
     """The smallest f p + e · q of a node over load steps, less a margin; inf where there is none."""
     q, p = problem.layout.by_node(q)[:, i].T, problem.f[i] * p[:, i]
     values = p + e @ q - NEGLIGIBLE * (np.abs(p) + np.abs(e) @ np.abs(q))

@@ -381,7 +381,7 @@ def proved_infeasible(problem: Problem, rows: DiscRows, end: UnscaledSolution) -
 def _exclusions(rows: DiscRows, end: UnscaledSolution) -> Iterator[FloatArray]:
     """Multipliers that exclude every slip, then those with more slack on the way to them."""
     yield rows.with_pressures(end.y, end.z)
-    for point in end.end.path[-2::-2]:
+    for point in end.scaled_solution.path[-2::-2]:
         y, z = end.scaled.multipliers(balanced_multipliers(end.scaled.program, point._replace(tau=0.0)))
         size = -float(np.vdot(y, end.scaled.rows.c) + z @ end.scaled.rows.half_spaces.g)
         if size > 0 and np.isfinite(y).all():
@@ -423,9 +423,9 @@ def inner_points(rows: DiscRows, best: UnscaledSolution) -> tuple[Near, Near]:
     """Slips with slack, with their load factors, and multipliers with slack, with what they lose."""
     scaled, slips, multipliers = best.scaled, Near(), Near()
     program = scaled.program
-    slack = program.limits - program.times(best.end.x)
+    slack = program.limits - program.times(best.scaled_solution.x)
     for gap in (1e-4, 1e-2):  # means of slack times multiplier
-        point = inner_point(program, best.end, gap)
+        point = inner_point(program, best.scaled_solution, gap)
         if point is not None:
             slips.append((scaled.slips(point.x), float(point.x[-1] * scaled.load_unit)))
             loss = abs(float(slack @ point.y)) * scaled.load_unit

@@ -158,7 +158,7 @@ def _unsafe(rows: DiscRows, start: ConicBound, tolerances: Tolerances) -> bool:
     """
     limits, scaled = rows.half_spaces, scaled_discs(rows, +1.0)
     terms = np.abs(limits.G) @ np.abs(start.slip) + np.abs(limits.g)
-    left = (REDUCED if start.reduced_accuracy else ACCURACY) * scaled.unit / scaled.weights
+    left = (REDUCED if start.reduced_accuracy else ACCURACY) * scaled.unit / scaled.row_scales
     allowed = max(tolerances.agreement, tolerances.feasibility) * terms + left
     return bool(np.any(limits.excess(start.slip, 0.0) > allowed))
 

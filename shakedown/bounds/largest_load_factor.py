@@ -92,7 +92,7 @@ def largest_load_factor(
     """
     found = _limit(rows, balanced, tolerances)
     if certified_for is not None:
-        proved = _by_exact_arithmetic if rows.in_plane else _proved
+        proved = _by_exact_arithmetic if rows.in_plane else _by_enclosures
         found = proved(certified_for, rows, found, tolerances)
     if found.status == Status.UNBOUNDED and not (found.exact or found.residual <= tolerances.feasibility):
         return replace(found, status=Status.UNDECIDED, load_factor=nan, x=np.full_like(found.x, nan))
@@ -134,14 +134,14 @@ def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> Largest:
         found = _solved(rows, -1.0, tolerances)
         if found.status == Status.OPTIMAL:
             # λ_lo = 0 where λ_max is, as it is no larger
-            least, missing = _least(rows, balanced or not found.load_factor, tolerances)
+            least, missing = _lambda_lo(rows, balanced or not found.load_factor, tolerances)
             return replace(found, least_load_factor=least, missing=missing)
         if found.status != Status.UNBOUNDED:
             return found
         direction = found.x
     if rows.in_plane:
         along, end = _direction(rows, tolerances), found.end
-        least, missing = _least(rows, balanced, tolerances)
+        least, missing = _lambda_lo(rows, balanced, tolerances)
         if isinstance(along, Missing):
             missing = (*missing, f"direction: {along.reason}")
             return replace(found, load_factor=inf, residual=nan, least_load_factor=least, missing=missing)
@@ -162,11 +162,11 @@ def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> Largest:
 def _solved(rows: DiscRows, towards: float, tolerances: Tolerances) -> Largest:
     """The end of a program of these limits; usually just computed, by the search of the zone."""
     if (towards, tolerances) not in rows.solved:
-        rows.solved[towards, tolerances] = _end(rows, towards, tolerances)
+        rows.solved[towards, tolerances] = _extreme_load_factor(rows, towards, tolerances)
     return rows.solved[towards, tolerances]
 
 
-def _end(rows: DiscRows, towards: float, tolerances: Tolerances) -> Largest:
+def _extreme_load_factor(rows: DiscRows, towards: float, tolerances: Tolerances) -> Largest:
     """The largest (−1) or the smallest (+1) load factor, or that no slip is safe, which multipliers show.
 
     By a linear program over the rows in the plane, in space by a cone program over discs.
@@ -227,7 +227,7 @@ def _by_exact_arithmetic(problem: Problem, rows: DiscRows, found: Largest, toler
         residual = _imbalance(rows, found.y, exact.multipliers)
         return replace(proved, residual=residual, least_load_factor=nan, missing=())
     if found.status == Status.INFEASIBLE:  # at loosened tolerances
-        least, missing = _least(rows, False, tolerances)
+        least, missing = _lambda_lo(rows, False, tolerances)
         proved = replace(proved, least_load_factor=least, missing=missing)
     if exact.status == Status.UNBOUNDED:
         known = found.status == Status.UNBOUNDED and found.residual <= 0
@@ -239,7 +239,7 @@ def _by_exact_arithmetic(problem: Problem, rows: DiscRows, found: Largest, toler
     return replace(proved, x=x, residual=residual, certified=(exact.low, exact.high))
 
 
-def _least(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> tuple[float, tuple[str, ...]]:
+def _lambda_lo(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> tuple[float, tuple[str, ...]]:
     """λ_lo; NaN where its program fails, and that it did."""
     H, still = rows.half_spaces, np.hypot(rows.c[:, 1], rows.c[:, 2]) <= rows.c[:, 0]
     # a safe slip is safe at every smaller load factor; or v = 0 is safe under the mean load
@@ -271,7 +271,7 @@ def _excess_along(rows: DiscRows, direction: FloatArray) -> float:
     return replace(rows, c=rows.e, e=np.zeros_like(rows.e), half_spaces=gaps).relative_excess(direction, 0.0)
 
 
-def _proved(problem: Problem, rows: DiscRows, found: Largest, tolerances: Tolerances) -> Largest:
+def _by_enclosures(problem: Problem, rows: DiscRows, found: Largest, tolerances: Tolerances) -> Largest:
     """The limit of a joint in space with what is proved of it."""
     end = found.end
     if not isinstance(end, UnscaledSolution):

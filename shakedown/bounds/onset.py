@@ -80,12 +80,12 @@ def first_slip(
     law, found = problem.law, _reactions(problem, checked_initial_slip(problem, initial_slip))
     (q, p), (along_q, along_p), (terms_q, terms_p) = map(problem.layout.split, found)
     start, along = law.of_nodes(law.cone(q, p)), law.of_nodes(law.cone(along_q, along_p))
-    left = leaves_cone(start, along) if law.d > 1 else _changes_sign(start, along).min(axis=-1)
+    reached = leaves_cone(start, along) if law.d > 1 else _changes_sign(start, along).min(axis=-1)
     excess, terms = law.excess(q, p), law.size(terms_q) + law.limit(terms_p)
     free = law.frictionless
-    left[:, free] = _changes_sign(p, along_p)[:, free]
+    reached[:, free] = _changes_sign(p, along_p)[:, free]
     excess[:, free], terms[:, free] = -p[:, free], terms_p[:, free]
-    return _first(problem, left, excess > tolerances.feasibility * terms, "slips")
+    return _first(problem, reached, excess > tolerances.feasibility * terms, "slips")
 
 
 @checked
@@ -135,16 +135,16 @@ def _changes_sign(start: FloatArray, along: FloatArray) -> FloatArray:
         return np.divide(start, -along, out=np.full(start.shape, np.inf), where=along < 0)
 
 
-def _first(problem: Problem, left: FloatArray, violated: NDArray[np.bool_], does: str) -> Onset:
-    """The first of the limits (k + m, n) to be reached, unless some are violated at λ = 0."""
-    before = len(left) - problem.m
+def _first(problem: Problem, reached: FloatArray, violated: NDArray[np.bool_], does: str) -> Onset:
+    """The first limit to be reached, at load factors (k + m, n), unless some are violated at λ = 0."""
+    before = len(reached) - problem.m
     if violated.any():
         row, node = np.argwhere(violated)[0]
         when = "in the transient" if row < before else "under the constant part of the load alone"
         reason = f"node {node} {does} already {when}"
         return Onset(0.0, int(node), int(row) - before, Status.INFEASIBLE, reason)
-    row, node = np.unravel_index(int(left.argmin()), left.shape)
-    load_factor = max(float(left[row, node]), 0.0)
+    row, node = np.unravel_index(int(reached.argmin()), reached.shape)
+    load_factor = max(float(reached[row, node]), 0.0)
     if np.isinf(load_factor):
         return Onset(load_factor, -1, -1, Status.UNBOUNDED)
     return Onset(load_factor, int(node), int(row) - before, Status.OPTIMAL)

@@ -48,8 +48,8 @@ class UnscaledSolution:
         The discs and half-spaces that determine it: those with a multiplier, in numbers near 1.
     reduced_accuracy
         Whether gap or residuals are larger than usual.
-    scaled, end
-        The program in numbers near 1, and its end.
+    scaled, scaled_solution
+        The program in numbers near 1, and its solution.
     """
 
     status: Status
@@ -60,7 +60,7 @@ class UnscaledSolution:
     active_limits: Limits
     reduced_accuracy: bool
     scaled: "ScaledDiscs" = field(repr=False)
-    end: SelfDualSolution = field(repr=False)
+    scaled_solution: SelfDualSolution = field(repr=False)
 
     @property
     def optimal(self) -> bool:
@@ -80,7 +80,7 @@ class ScaledDiscs:
         The limits, about the origin.
     origin : (k,)
         Slips from which those of the program are counted [length].
-    weights : (n + o,)
+    row_scales : (n + o,)
         What the rows of a node, or a half-space, were multiplied by.
     unit
         Scale of the slacks, in the units of these rows.
@@ -91,7 +91,7 @@ class ScaledDiscs:
     program: DiscProgram
     rows: DiscRows
     origin: FloatArray
-    weights: FloatArray
+    row_scales: FloatArray
     unit: float
     load_unit: float
 
@@ -108,10 +108,10 @@ class ScaledDiscs:
     def multipliers(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Multipliers of the discs and of the half-spaces, from those of the program."""
         n = len(self.program.blocks)
-        discs, weights, _ = self.program.cones.parts(y)
-        factor = self.weights * (self.load_unit / self.unit)
-        gaps = len(self.weights) - n
-        return discs * factor[:n][self.program.node][:, None], weights[:gaps] * factor[n:]
+        discs, others, _ = self.program.cones.parts(y)
+        factor = self.row_scales * (self.load_unit / self.unit)
+        gaps = len(self.row_scales) - n
+        return discs * factor[:n][self.program.node][:, None], others[:gaps] * factor[n:]
 
 
 def scaled_discs(rows: DiscRows, towards: float, cap: float = np.inf) -> ScaledDiscs:
@@ -135,13 +135,13 @@ def scaled_discs(rows: DiscRows, towards: float, cap: float = np.inf) -> ScaledD
     # times the median of loads: no row is kept farther from its limit than that
     most = median_size(heights) / SIX_DIGITS
     second[heights > most] *= most / heights[heights > most]
-    weights = first * second
-    w = weights[:n][rows.node][:, None]
-    C, E = rows.c * w, rows.e * w
-    gap_c, gap_e = rows.half_spaces.g * weights[n:], rows.half_spaces.d * weights[n:]
+    scales = first * second
+    of_discs = scales[:n][rows.node][:, None]
+    C, E = rows.c * of_discs, rows.e * of_discs
+    gap_c, gap_e = rows.half_spaces.g * scales[n:], rows.half_spaces.d * scales[n:]
     changes = np.append(np.linalg.norm(E, axis=1), np.abs(gap_e))
     # a load that varies by round-off, or by its last printed digit, says nothing of the size of load factors
-    vary = changes > SIX_DIGITS * (loads * weights)[np.append(rows.node, np.arange(n, len(loads)))]
+    vary = changes > SIX_DIGITS * (loads * scales)[np.append(rows.node, np.arange(n, len(loads)))]
     varying = median_size(changes[vary]) or median_size(changes)
     unit = median_size(np.append(np.linalg.norm(C, axis=1), np.abs(gap_c))) or varying or 1.0
     load_unit = unit / (varying or unit)
@@ -156,7 +156,7 @@ def scaled_discs(rows: DiscRows, towards: float, cap: float = np.inf) -> ScaledD
         rows_right=np.concatenate([gap_c / unit, [0.0, cap / load_unit][: len(bounds)]]),
         cost=np.array([towards]),
     )
-    return ScaledDiscs(program, rows, origin, weights, unit, load_unit)
+    return ScaledDiscs(program, rows, origin, scales, unit, load_unit)
 
 
 def without_mean(rows: DiscRows) -> tuple[DiscRows, FloatArray]:
@@ -237,12 +237,12 @@ def polished(program: DiscProgram, end: SelfDualSolution, *, proves: bool = True
     """
     if end.status != Status.OPTIMAL:
         return end
-    best, left = end, _left(program, end)
+    best, left = end, _residual(program, end)
     # ratios of slack to multiplier up to which a limit counts as active
     for alike in (1.0, 1e2):
         with np.errstate(all="ignore"):  # what is not finite is not taken
             found = _newton(program, end, _active(program, end, alike))
-        rest = _left(program, found) if found is not None else np.inf
+        rest = _residual(program, found) if found is not None else np.inf
         if found is not None and rest < left:
             best, left = replace(found, accuracy=min(end.accuracy, rest)), rest
         if left <= NEGATIVE:
@@ -263,7 +263,7 @@ def _active(program: DiscProgram, end: SelfDualSolution, alike: float) -> _Activ
     return _Active(linear, np.flatnonzero(active & ~apex), np.flatnonzero(apex), norm)
 
 
-def _left(program: DiscProgram, end: SelfDualSolution) -> float:
+def _residual(program: DiscProgram, end: SelfDualSolution) -> float:
     """The largest of what is left of the balance, slacks and multipliers below zero, and the gap."""
     slack = program.limits - program.times(end.x)
     balance = np.abs(program.transposed(end.multipliers) + program.costs).max()
@@ -275,10 +275,10 @@ def _left(program: DiscProgram, end: SelfDualSolution) -> float:
 
 def _newton(program: DiscProgram, end: SelfDualSolution, active: _Active) -> SelfDualSolution | None:
     """The end from Newton's method on the equations; None where it does not converge."""
-    triples, weights, tail = program.cones.parts(end.multipliers)
+    triples, others, tail = program.cones.parts(end.multipliers)
     x = end.x
     m = np.concatenate(
-        [weights[active.linear], triples[active.edge, 0], triples[active.apex].ravel(), tail[: active.norm]]
+        [others[active.linear], triples[active.edge, 0], triples[active.apex].ravel(), tail[: active.norm]]
     )
     best, reached = None, np.inf
     for _ in range(NEWTON_ROUNDS):
@@ -328,10 +328,10 @@ def _ended(
     program: DiscProgram, end: SelfDualSolution, active: _Active, x: FloatArray, m: FloatArray
 ) -> SelfDualSolution:
     slack, y = program.limits - program.times(x), np.zeros(len(program.limits))
-    (s, *_), (triples, weights, tail) = program.cones.parts(slack), program.cones.parts(y)
+    (s, *_), (triples, others, tail) = program.cones.parts(slack), program.cones.parts(y)
     a, b = len(active.linear), len(active.linear) + len(active.edge)
     c = b + CONE * len(active.apex)
-    weights[active.linear] = m[:a]
+    others[active.linear] = m[:a]
     normal = s[active.edge, 1:] / np.hypot(s[active.edge, 1], s[active.edge, 2])[:, None]
     triples[active.edge] = m[a:b, None] * np.column_stack([np.ones(len(normal)), -normal])
     triples[active.apex] = m[b:c].reshape(-1, CONE)

@@ -126,7 +126,7 @@ def _weights(program: DiscProgram, about: LimitsAbout, multipliers: FloatArray) 
     return np.append(discs[:, 0], rows[: len(about.base.rows)])
 
 
-def _proved(program: DiscProgram, end: SelfDualSolution) -> float:
+def _proved_bound(program: DiscProgram, end: SelfDualSolution) -> float:
     """The w_last that multipliers prove not to be exceeded at any y up to twice as far as that of the end.
 
     Weak duality, with what is left of the balance at its worst there.
@@ -174,7 +174,7 @@ def _solved(
         radius, value = allowed(end.x[:r])
         if end.accuracy <= NEGLIGIBLE or not np.isfinite(value):
             value = float(end.x[-1]) / unit
-        most = _proved(program, end) / unit
+        most = _proved_bound(program, end) / unit
         gap = most / value - 1.0 if value > 0 else most
     slip = start + limits.metric.inverse @ end.x[:r] * about.length
     return FoundBall(limits, about, program, end, slip, radius, value, gap)

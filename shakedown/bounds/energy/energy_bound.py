@@ -293,7 +293,7 @@ def _optimal(found: FoundBall, start: FloatArray, distance: float, least: float)
     )
 
 
-DIGITS = 2**80  # denominator to which a square root is rounded up
+ROOT_DENOMINATOR = 2**80  # denominator to which a square root is rounded up
 
 
 class ExactBall:
@@ -387,8 +387,8 @@ def root_above(square: Fraction) -> Fraction:
     if square <= 0:
         return Fraction(0)
     size = Fraction(2) ** ((square.numerator.bit_length() - square.denominator.bit_length()) // 2)
-    whole = square / size**2 * DIGITS**2
-    return Fraction(isqrt(int(whole)) + 1, DIGITS) * size
+    whole = square / size**2 * ROOT_DENOMINATOR**2
+    return Fraction(isqrt(int(whole)) + 1, ROOT_DENOMINATOR) * size
 
 
 def _means(problem: Problem) -> Any:

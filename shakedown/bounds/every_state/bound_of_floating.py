@@ -75,7 +75,7 @@ def unit_slips(joint: ScaledJoint) -> UnitSlips:
 
 
 PARTS = 4  # initial parts of every edge of the cube of rigid motions
-MOST = 2_000_000  # boxes times nodes at once; larger cases are not proved
+MOST_BOXES = 2_000_000  # boxes times nodes at once; larger cases are not proved
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class RigidRates:
         boxes = np.insert(np.array(list(product(line, repeat=others))), axis, 1.0, axis=1)
         # halvings of a box at most
         for _ in range(6):
-            if len(boxes) * self.joint.n > MOST:
+            if len(boxes) * self.joint.n > MOST_BOXES:
                 return False
             sizes = self._sizes(boxes)
             fed = np.linalg.norm(sizes @ self.feeds, axis=1) * (1.0 + NEGLIGIBLE) + round_off

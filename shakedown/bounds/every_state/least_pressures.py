@@ -136,7 +136,7 @@ class ScaledJoint:
         """B A⁻¹ in the slips that are kept, (n, k)."""
         return np.asarray(self.B[:, self.kept] @ self.inverse)
 
-    def of_joint(self, reactions: FloatArray) -> FloatArray:
+    def unscaled(self, reactions: FloatArray) -> FloatArray:
         """Reactions (dn,) in the units of the joint itself [force]."""
         return np.asarray(reactions / np.repeat(self.lengths, self.d))
 

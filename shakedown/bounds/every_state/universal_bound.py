@@ -133,8 +133,8 @@ def least_pressure_bound(problem: Problem, *, unique: bool = False) -> LeastPres
         limited_by=reach.limited_by,
         reason=reason if load_factor < inf else "no load factor ends the proof",
         lift_off_bound=max(load_factor, found.lift_off_bound),
-        reactions=joint.of_joint(reach.reactions) if load_factor > 0.0 else nowhere,
-        mean_reactions=joint.of_joint(reach.mean_reactions),
+        reactions=joint.unscaled(reach.reactions) if load_factor > 0.0 else nowhere,
+        mean_reactions=joint.unscaled(reach.mean_reactions),
     )
 
 
