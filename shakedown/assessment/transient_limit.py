@@ -24,7 +24,7 @@ from shakedown.joint.arguments import checked, checked_initial_slip, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
-from shakedown.long_term.motion_start import BELOW as CERTAIN
+from shakedown.long_term.motion_start import SURELY_BELOW as CERTAIN
 from shakedown.long_term.motion_start import MotionStart, bound_of_start
 from shakedown.long_term.simulation import SlipCriterion, check_slip_below, slip_criterion
 from shakedown.long_term.state import LongTermState

@@ -164,15 +164,15 @@ def slip_after_transient(
     return motion.u[problem.layout.slips].copy()
 
 
-ABOVE = 1.0 + DEFAULT.agreement  # times λ_max: beyond its uncertainty
-BELOW = 1.0 - NEGLIGIBLE  # times a proved load factor: below its round-off
+SURELY_ABOVE = 1.0 + DEFAULT.agreement  # times λ_max: beyond its uncertainty
+SURELY_BELOW = 1.0 - NEGLIGIBLE  # times a proved load factor: below its round-off
 
 
 def bound_proves(bound: Bound | Missing, load_factor: float) -> TypeGuard[Bound]:
     """Whether a bound proves shakedown at a load factor, beyond its round-off."""
     if isinstance(bound, Missing):
         return False
-    return bool(bound.least_load_factor <= load_factor < BELOW * bound.load_factor)
+    return bool(bound.least_load_factor <= load_factor < SURELY_BELOW * bound.load_factor)
 
 
 def bound_of_start(origin: MotionStart, kind: str = "energy") -> Bound | Missing:
@@ -273,4 +273,5 @@ def lambda_max(problem: Problem) -> float:
 
 def above_lambda_max(origin: MotionStart) -> bool:
     """Whether a load factor is known to exceed λ_max, beyond its round-off."""
-    return "upper" in known_limits(origin.problem) and origin.load_factor > ABOVE * lambda_max(origin.problem)
+    known = "upper" in known_limits(origin.problem)
+    return known and origin.load_factor > SURELY_ABOVE * lambda_max(origin.problem)

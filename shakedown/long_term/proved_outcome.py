@@ -16,7 +16,7 @@ from shakedown.joint.constraints import transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term import motion_start
-from shakedown.long_term.motion_start import ABOVE, BELOW, MotionStart
+from shakedown.long_term.motion_start import SURELY_ABOVE, SURELY_BELOW, MotionStart
 from shakedown.long_term.state import VARIES_LITTLE, LongTermState, ball_about, of_long_term_period
 from shakedown.motion.checked_law import scales
 
@@ -62,12 +62,12 @@ def _proved_to_slip(state: LongTermState) -> LongTermState:
     problem, above = state.origin.problem, inf
     if state.outcome == Outcome.UNDECIDED and not (state.goal.contact == OPEN).any():
         above = motion_start.lambda_max(problem)
-    if not state.load_factor > ABOVE * above:
+    if not state.load_factor > SURELY_ABOVE * above:
         return state
     known = f"above λ_max = {short(above)} it cannot come to rest while all nodes stay in contact"
     followed = problem.directions > 1 and VARIES_LITTLE not in state.reason and not state.jumps
     lifts = _every_state(problem)[1] if followed else 0.0
-    if not state.load_factor < BELOW * lifts:
+    if not state.load_factor < SURELY_BELOW * lifts:
         return replace(state, reason=f"{state.reason}; {known}")
     known += f", and below λ = {short(lifts)} no slip opens a node, but in a jump"
     if can_drift(problem):
@@ -109,7 +109,8 @@ def _with_last_cycle(state: LongTermState, outcome: Outcome, reason: str) -> Lon
 def proof_from_every_state(origin: MotionStart) -> str:
     """What proves it from every state in which all nodes are closed, in words; empty where nothing does."""
     every, _ = _every_state(origin.problem)
-    return f"below λ_U = {short(every)}, from every state" if origin.load_factor < BELOW * every else ""
+    proved = origin.load_factor < SURELY_BELOW * every
+    return f"below λ_U = {short(every)}, from every state" if proved else ""
 
 
 def _every_state(problem: Problem) -> tuple[float, float]:
