@@ -36,7 +36,7 @@ TURNS = (
 )  # of the weights of those sums: slow and fast ones
 MARKUP = (".html", ".svg")
 LEAST = 0.05  # seconds of the processor that one measurement takes at least
-MOST = 10_000  # calls in one measurement
+MOST_CALLS = 10_000  # calls in one measurement
 SPREAD = 0.3  # standard deviation of initial slips [length]
 ELSEWHERE = {  # names that have moved; where they stood is at the top
     "evolve": "shakedown.motion.evolution",
@@ -143,7 +143,7 @@ class Timer:
         call()  # compiles, fills caches
         began = time.process_time()
         call()
-        self.repeats = max(1, min(MOST, int(LEAST / max(time.process_time() - began, 1e-7))))
+        self.repeats = max(1, min(MOST_CALLS, int(LEAST / max(time.process_time() - began, 1e-7))))
 
     def seconds(self) -> float:
         """Processor time of one call."""

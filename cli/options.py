@@ -23,7 +23,7 @@ from shakedown.ground.shown_values import FEW_DIGITS, shortened
 F = TypeVar("F", bound=Callable[..., Any])
 NAMED = f"{__name__}.file"  # in a context: the file or built-in problem that a command was given
 FORM = "LOW:HIGH:COUNT or VALUE,VALUE,…"
-MOST = 1_000_000  # values of a range
+MOST_VALUES = 1_000_000  # values of a range
 CLAIMS = f"{__name__}.claims"  # in a context: what the call reads and writes: names, paths, whether written
 PICTURES = (".png", ".svg", ".pdf")
 NODE_FILES = (".csv", ".vtu", ".vtp")
@@ -128,7 +128,7 @@ def numbers_of(text: str) -> FloatArray | None:
         low, high, count = float(first), float(last), int(many)
     except ValueError:
         return None
-    if not (isfinite(high - low) and low < high and 2 <= count <= MOST):
+    if not (isfinite(high - low) and low < high and 2 <= count <= MOST_VALUES):
         return None
     return np.linspace(low, high, count)
 

@@ -115,7 +115,9 @@ def varied(text: str) -> tuple[str, FloatArray] | None:
 @click.argument("joint", metavar="FILE", type=options.problem_file(imports=True))
 @option(
     "--vary",
-    type=options.parsed("parameter", f"NAME= and {options.FORM}, rising, at most {options.MOST:,}", varied),
+    type=options.parsed(
+        "parameter", f"NAME= and {options.FORM}, rising, at most {options.MOST_VALUES:,}", varied
+    ),
     multiple=True,
     required=True,
     help="NAME=LOW:HIGH:COUNT or NAME=VALUE,VALUE,…; NAME is f, friction, amplitude, mean or "

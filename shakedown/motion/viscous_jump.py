@@ -458,7 +458,7 @@ class Relaxation(ABC):
         dt = lengths.duration
         stiffer = self.kappa + np.diag(self.damping / dt)
         path = np.stack([self.reaction - stiffer @ self.u, self.load - self.damping / dt * self.u])
-        end = self._end(stiffer, path)
+        end = self._step_end(stiffer, path)
         if end is None:
             lengths.shorten()
             return False
@@ -480,7 +480,7 @@ class Relaxation(ABC):
         return True
 
     @abstractmethod
-    def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
+    def _step_end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         """The end of the static problem with this stiffness between two welded reactions, if there is one."""
 
     def _rest(self) -> StepEnd | None:
@@ -538,7 +538,7 @@ class ViscousMotion(Relaxation):
             course=self.course,
         )
 
-    def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
+    def _step_end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         run, act, mo = self.run, self.run.active, self.run.motion
         act.kappa[:], act.state[:], mo.u[:], run.course.path[:] = stiffer, self.contact, self.u, path
         if factorize(act) <= 0:

@@ -139,7 +139,7 @@ NAMES = {
     "mean": "factor on the mean load",
     "phase": "phase of the tangential loads [periods]",
 }
-BELOW: dict[str, Any] = {
+LEGEND_BELOW: dict[str, Any] = {
     "loc": "upper center", "bbox_to_anchor": (0.5, -0.13), "fontsize": "small", "title_fontsize": "small",
     "frameon": False,
 }  # fmt: skip
@@ -207,7 +207,7 @@ def _against_one(diagram: Any, axes: Axes) -> Axes:
     unseen = ", ".join(BOUNDS[name].symbol for name in curves if name not in seen)
     remarks = [BETWEEN * (len(x) > 1), f"zero, or no number, at every point: {unseen}" * bool(unseen)]
     title = "\n".join(filter(None, remarks)) or None
-    axes.legend(*axes.get_legend_handles_labels(), title=title, ncols=2, **BELOW)
+    axes.legend(*axes.get_legend_handles_labels(), title=title, ncols=2, **LEGEND_BELOW)
     return axes
 
 
@@ -246,5 +246,5 @@ def _over_two(diagram: Any, load_factor: float, axes: Axes) -> Axes:
     axes.set_title(f"at λ = {load_factor:g}", fontsize="medium")
     areas = areas[::-1] + [("no joint", to_rgb(no_joint))] * bool(missing.any())
     patches = [Patch(fc=colour, ec=style.GREY, label=label) for label, colour in areas]
-    axes.legend(handles=patches, title=BETWEEN, ncols=2, **BELOW)
+    axes.legend(handles=patches, title=BETWEEN, ncols=2, **LEGEND_BELOW)
     return axes

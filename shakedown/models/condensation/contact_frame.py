@@ -47,10 +47,10 @@ def tangent_pairs(normals: FloatArray, tangent: ArrayLike | None = None) -> Floa
     """
     if tangent is None:
         along = normals**2
-        everywhere = _least(along.mean(axis=0, keepdims=True))[0]
+        everywhere = _least_column(along.mean(axis=0, keepdims=True))[0]
         # sine of the angle between an axis and a normal below which the axis gives no tangent there
         steep = along[:, everywhere] > 1.0 - 0.2**2
-        return _completed(normals, np.eye(3)[np.where(steep, _least(along), everywhere)])
+        return _completed(normals, np.eye(3)[np.where(steep, _least_column(along), everywhere)])
     given = np.asarray(tangent, dtype=np.float64)
     n = len(normals)
     if given.shape not in ((3,), (n, 3), (n, 2, 3)):
@@ -88,7 +88,7 @@ def patch_positions(places: FloatArray, normals: FloatArray, tangent: ArrayLike 
     return np.asarray(places @ tangent_pairs((mean / np.linalg.norm(mean))[None], towards)[0].T)
 
 
-def _least(along: FloatArray) -> IntArray:
+def _least_column(along: FloatArray) -> IntArray:
     """The column with the least number of every row, the first of those that are equal to round-off."""
     return np.argmax(along <= along.min(axis=1, keepdims=True) + NEGLIGIBLE, axis=1)
 

@@ -158,7 +158,7 @@ def _stiffness(table: TomlTable) -> float:
 
 def _shortening(table: TomlTable, context: ImportContext) -> tuple[FloatArray, FloatArray]:
     """e of the shank's shortening e · u (how far its ends approach), (N,), and its axis."""
-    ends = [_end(table, key, context) for key in ("head", "nut")[: 1 + table.has("nut")]]
+    ends = [_bolt_end(table, key, context) for key in ("head", "nut")[: 1 + table.has("nut")]]
     axis = table.array("axis", float, (3,), required=False)
     places, shares = [context.mesh.at(labels) for labels, _ in ends], [share for _, share in ends]
     along = _across_head(places, shares, context) if axis is None else np.array(axis)
@@ -222,7 +222,7 @@ def _about(
     return np.asarray(changed)
 
 
-def _end(table: TomlTable, key: str, context: ImportContext) -> tuple[IntArray, FloatArray]:
+def _bolt_end(table: TomlTable, key: str, context: ImportContext) -> tuple[IntArray, FloatArray]:
     """The nodes of a node set (or one node), and the share of an even pressure that each carries."""
     value = table.take(key, "a node set, or a node", required=True)
     where, mesh = table.at(key), context.mesh

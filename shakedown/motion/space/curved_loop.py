@@ -38,8 +38,8 @@ from shakedown.motion.space.space_run import (
 )
 from shakedown.motion.space.speeds import MOST_EXCHANGES, arrange, compute_out, move
 
-SAFETY, LEAST = 0.9, 0.2  # bounds on the next step, relative to the last
-MOST = 1.0 / LEAST
+SAFETY, SHRINKS_TO = 0.9, 0.2  # bounds on the next step, relative to the last
+GROWS_TO = 1.0 / SHRINKS_TO
 ORDER = 1 / 6  # exponent of the step length as a function of the allowed error
 BEYOND = 1.02  # length of a step taken again to meet an event, relative to the time of that …
 SHORTER = 0.85  # … or at most so much of the step: below the 0.9 that goes on to the end of the load step
@@ -166,7 +166,7 @@ def smooth_path(run: SpaceRun) -> int:
 def shorten(run: SpaceRun, h: float, used: float) -> None:
     """Reduce the step after one with a given share of the allowed error, or one that failed."""
     joint, course, rates, sp, st = run.joint, run.course, run.rates, run.slipping, run.step
-    try_next(st, h * (max(LEAST, min(SAFETY, SAFETY * used**-ORDER)) if used > 0.0 else LEAST))
+    try_next(st, h * (max(SHRINKS_TO, min(SAFETY, SAFETY * used**-ORDER)) if used > 0.0 else SHRINKS_TO))
     if st.method == RADAU:
         st.apex_ahead = HALF_WAY * min(h, time_to_apex(joint, course, rates, sp))
         st.wait = EXPLICIT_STEPS
@@ -185,7 +185,7 @@ def try_next(st: Step, h: float) -> None:
 def lengthen(st: Step, h: float, used: float) -> None:
     """Choose the next step length after one with a given share of the allowed error."""
     tried = st.long if st.method == RADAU else st.h
-    longer = h * (min(MOST, max(LEAST, SAFETY * used**-ORDER)) if used > 0.0 else MOST)
+    longer = h * (min(GROWS_TO, max(SHRINKS_TO, SAFETY * used**-ORDER)) if used > 0.0 else GROWS_TO)
     if h < 0.99 * tried:  # it has ended earlier for another reason
         longer = max(longer, tried)
     try_next(st, longer)
@@ -207,7 +207,7 @@ def next_length(sp: Slipping, rest: float, free: float, event: float) -> float:
     # length of a step relative to the expected time of the next event
     h = 1.05 * event
     if h < min(free, 0.9 * rest):
-        return max(h, LEAST * min(free, rest))
+        return max(h, SHRINKS_TO * min(free, rest))
     if free > 0.9 * rest:
         return rest
     return 0.5 * rest if free > 0.5 * rest else free

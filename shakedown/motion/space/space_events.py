@@ -88,7 +88,7 @@ class DirectedJump(Relaxation):
         of_steps = {"force_scale": self.scale.force, "length_scale": self.scale.length}
         self.run.step.set(**of_steps, accuracy=max(accuracy, SIX_DIGITS))  # the end is exact
 
-    def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
+    def _step_end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         end = None if self.at_once else self._followed(stiffer, path)
         if self.at_once:
             # so many sweeps over the nodes: the step can also be tried shorter
