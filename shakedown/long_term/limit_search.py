@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from shakedown.ground.constants import BATCH, DISTINCT, NEGLIGIBLE, RESOLVED, FloatArray
+from shakedown.ground.constants import BATCH, DISTINCT, NEGLIGIBLE, RESOLVED, FloatArray, Mask
 from shakedown.ground.shown_values import count, cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
@@ -217,7 +217,7 @@ def _reason(evolution: Evolution, at: PlaneSearch, verdict: int) -> tuple[str, f
     return broken, at.check.violation
 
 
-def _events_in_words(at: PlaneSearch, breathing: NDArray[np.bool_]) -> str:
+def _events_in_words(at: PlaneSearch, breathing: Mask) -> str:
     """The nodes that open and close in a period, and its jumps, in words."""
     every, text = cycles_in_words(at.done), ""
     if breathing.any():

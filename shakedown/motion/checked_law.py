@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import EPS, FloatArray
+from shakedown.ground.constants import EPS, FloatArray, Mask
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.constraints import first_load, loading, transient_path
@@ -118,7 +117,7 @@ def _held(stiffness: FloatArray) -> FloatArray:
 
 def admissible(
     problem: Problem, load_factor: float, slips: FloatArray, tolerances: Tolerances = DEFAULT
-) -> NDArray[np.bool_]:
+) -> Mask:
     """Which slips (s, dn) keep every node closed and within its friction limits at the first load, (s,).
 
     Examples

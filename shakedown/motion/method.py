@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import FloatArray, Mask
 from shakedown.ground.errors import UsageError
 from shakedown.ground.status import BACKWARD_SLIP, OPEN
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -90,8 +90,8 @@ class CycleRecord:
     work: FloatArray
     friction_dissipation: float
     jump_dissipation: float
-    opened: NDArray[np.bool_]
-    closed: NDArray[np.bool_]
+    opened: Mask
+    closed: Mask
     events: int = 0
     signature: int = 0
     jumps: tuple[Jump, ...] = ()
@@ -327,7 +327,7 @@ class Walk(Result):
         return np.array([record.dissipation for record in self.records])
 
     @cached_property
-    def open_nodes(self) -> NDArray[np.bool_]:
+    def open_nodes(self) -> Mask:
         """Whether a node was open at some time (at some load step) of the cycle, (c, n)."""
         return self._of_nodes([record.opened for record in self.records]).astype(bool)
 

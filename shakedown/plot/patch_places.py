@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.tri import Triangulation
-from numpy.typing import NDArray
 
-from shakedown.ground.constants import MINOR, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import MINOR, SIX_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import with_unit
 from shakedown.ground.status import STICK
@@ -47,13 +46,13 @@ class Places:
         Between which of them there are faces; −1 as the last of a triangle.
     """
 
-    nodes: NDArray[np.intp]
+    nodes: IntArray
     points: FloatArray
     tangents: FloatArray
     axes: tuple[str, str]
     name: str = ""
     unit: str = ""
-    faces: NDArray[np.intp] | None = None
+    faces: IntArray | None = None
 
     def titled(self, title: str = "") -> str:
         """A title below the name of the patch."""
@@ -165,7 +164,7 @@ def _all_places(problem: Problem) -> tuple[Places, ...]:
 
 
 def _projected(
-    problem: Problem, at: FloatArray, nodes: NDArray[np.intp], faces: NDArray[np.intp] | None, name: str
+    problem: Problem, at: FloatArray, nodes: IntArray, faces: IntArray | None, name: str
 ) -> Places:
     """A patch projected along its normal, with the axes of the model where it lies along them."""
     normal = patch_normal(at, None if problem.normal is None else problem.normal[nodes])

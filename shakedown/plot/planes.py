@@ -7,10 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
-from numpy.typing import NDArray
 
 from shakedown.bounds.upper import upper_bound
-from shakedown.ground.constants import EACH_SHOWN, FloatArray
+from shakedown.ground.constants import EACH_SHOWN, FloatArray, Mask
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import at_lambda, few, with_unit
 from shakedown.ground.status import OPEN, STICK, Status
@@ -97,7 +96,7 @@ def _draw_path(axes: Axes, path: EventHistory, look: Style) -> None:
     axes.plot(*path.v[-1], "s", label=look["label"], **end)
 
 
-def _steps(points: FloatArray, drawn: NDArray[np.bool_]) -> FloatArray:
+def _steps(points: FloatArray, drawn: Mask) -> FloatArray:
     """The steps between points (s, 2) that are drawn (s − 1,), as one line (2, …) with gaps between them."""
     steps = np.stack([points[:-1], points[1:], np.full_like(points[1:], np.nan)], axis=1)
     return np.asarray(steps[drawn].reshape(-1, 2).T)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import FloatArray, IntArray
 from shakedown.ground.status import Outcome
 from shakedown.joint.result import Result
 from shakedown.motion.checked_law import length_scales, path_accuracy, path_resolution, scales
@@ -15,7 +15,7 @@ from shakedown.motion.method import cycles_of
 from shakedown.studies.samplers import Sampling
 
 Columns = dict[str, NDArray[Any]]
-Rows = NDArray[np.intp]  # numbers of states
+Rows = IntArray  # numbers of states
 
 
 class Scatter(NamedTuple):

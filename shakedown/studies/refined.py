@@ -18,7 +18,7 @@ from shakedown.assessment.every_limit import THREE_NUMBERS
 from shakedown.assessment.transient_limit import slip_limit
 from shakedown.files.atomic_write import check_table, write_table
 from shakedown.files.pieces import Arrays, Progress, as_text, function_stamp, run_pieces, text_of
-from shakedown.ground.constants import MINOR, THREE_DIGITS, FloatArray
+from shakedown.ground.constants import MINOR, THREE_DIGITS, FloatArray, IntArray
 from shakedown.ground.errors import Missing, UsageError, attempt, present
 from shakedown.ground.shown_values import plain, short, shortened
 from shakedown.ground.status import Outcome
@@ -161,7 +161,7 @@ class Refinement(Result):
     radius: float | None
     slip_below: float | None
     size: FloatArray
-    nodes: NDArray[np.intp]
+    nodes: IntArray
     directions: int
     numbers: dict[str, FloatArray]
     elements: FloatArray

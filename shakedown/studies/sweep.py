@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from shakedown.bounds.registry import BOUNDS, Claim, kinds_of
 from shakedown.files.atomic_write import check_table, write_table
 from shakedown.files.pieces import Arrays, Progress, as_text, function_stamp, run_pieces, text_of
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import FloatArray, Mask
 from shakedown.ground.errors import ShakedownError, UsageError
 from shakedown.ground.shown_values import plain, shortened, with_unit
 from shakedown.ground.status import Status
@@ -159,7 +159,7 @@ class Sweep(Result):
         return self._of_limits(name, "load_factor", nan)
 
     @cached_property
-    def in_zone(self) -> NDArray[np.bool_]:
+    def in_zone(self) -> Mask:
         """Where nodes are open in the state that λ_max and λ_E belong to: they are those of a zone."""
         return self._entries([bool(point["open_nodes"]) for point in self.points])
 

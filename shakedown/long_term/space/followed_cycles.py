@@ -17,7 +17,6 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.ground.constants import (
     EPS,
@@ -29,6 +28,7 @@ from shakedown.ground.constants import (
     SIX_DIGITS,
     THREE_DIGITS,
     FloatArray,
+    IntArray,
 )
 from shakedown.ground.status import OPEN
 from shakedown.joint.arguments import once_per_problem
@@ -98,7 +98,7 @@ class Measure:
 
 def product(root: FloatArray, changes: FloatArray) -> FloatArray:
     """R d of changes (…, N), (…, k): with a large R from the places that change, mostly few."""
-    places: NDArray[np.intp] | slice = slice(None)
+    places: IntArray | slice = slice(None)
     if len(root) > MANY_ROWS and changes.any():
         moved = np.flatnonzero(changes.reshape(-1, changes.shape[-1]).any(axis=0))
         few = 4 * len(moved) < changes.shape[-1]

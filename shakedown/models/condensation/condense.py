@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 
 from shakedown.ground.argument_kinds import checked
-from shakedown.ground.constants import FloatArray
+from shakedown.ground.constants import FloatArray, Mask
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.constraints import with_initial_gap
@@ -396,7 +396,7 @@ def condensed_stiffness(
     )
 
 
-def _held_rows(fixed: ArrayLike, constrained: NDArray[np.bool_], size: int) -> NDArray[np.bool_]:
+def _held_rows(fixed: ArrayLike, constrained: Mask, size: int) -> Mask:
     rows, held = np.asarray(fixed), constrained.copy()
     if not rows.size:
         return held
@@ -411,9 +411,9 @@ def _held_rows(fixed: ArrayLike, constrained: NDArray[np.bool_], size: int) -> N
 
 def _notes(
     frame: ContactFrame,
-    guided: NDArray[np.bool_],
-    constrained: NDArray[np.bool_],
-    empty: NDArray[np.bool_],
+    guided: Mask,
+    constrained: Mask,
+    empty: Mask,
     modes: int,
 ) -> Iterator[str]:
     on_planes = np.flatnonzero(frame.layout.by_node(guided).any(axis=1))

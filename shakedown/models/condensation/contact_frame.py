@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 
-from shakedown.ground.constants import NEGLIGIBLE, THREE_DIGITS, FloatArray, IntArray
+from shakedown.ground.constants import NEGLIGIBLE, THREE_DIGITS, FloatArray, IntArray, Mask
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.law import Layout
@@ -378,9 +378,7 @@ def _followed(
     )
 
 
-def with_guides(
-    frame: ContactFrame, table: IntArray, held: NDArray[np.bool_]
-) -> tuple[ContactFrame, NDArray[np.bool_]]:
+def with_guides(frame: ContactFrame, table: IntArray, held: Mask) -> tuple[ContactFrame, Mask]:
     """The frame with tangents along held directions; which slips are held while the normal is free, (dn,).
 
     In space a node that is held in one direction takes that direction as a tangent, unless it has it already.
@@ -417,7 +415,7 @@ def with_guides(
 
 
 def out_of_plane_notes(
-    frame: ContactFrame, table: IntArray, held: NDArray[np.bool_], axes: tuple[int, int]
+    frame: ContactFrame, table: IntArray, held: Mask, axes: tuple[int, int]
 ) -> tuple[str, ...]:
     """A note on contact nodes of a plane problem that are held in a third direction, across the plane.
 

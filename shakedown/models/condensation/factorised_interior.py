@@ -12,14 +12,13 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import LinAlgError
 from scipy.linalg.blas import dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf
 from scipy.sparse.linalg import ArpackError, SuperLU, splu
 
-from shakedown.ground.constants import FloatArray, IntArray, memory
+from shakedown.ground.constants import FloatArray, IntArray, Mask, memory
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.ground.work_limit import all_cores, threads_of_blas
@@ -407,8 +406,8 @@ def interior_of(
     matrix: sparse.csr_array,
     dofs: IntArray,
     frame: ContactFrame,
-    held: NDArray[np.bool_],
-    guided: NDArray[np.bool_],
+    held: Mask,
+    guided: Mask,
     places: PlacesByNode | None = None,
 ) -> Interior:
     """Split a model into contact, interior and held rows and factorise its interior.

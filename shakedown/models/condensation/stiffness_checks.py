@@ -4,12 +4,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import eigsh
 
-from shakedown.ground.constants import EACH_SHOWN, MANY_ROWS, NEGLIGIBLE, FloatArray, IntArray
+from shakedown.ground.constants import EACH_SHOWN, MANY_ROWS, NEGLIGIBLE, FloatArray, IntArray, Mask
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.models.condensation.surface_mesh import rigid_rows
@@ -114,7 +113,7 @@ def _nodes(labels: list[int]) -> str:
     return f"node {shown}" if len(once) == 1 else f"nodes {shown}"
 
 
-def checked_matrix(K: Any, dofs: IntArray) -> tuple[sparse.csr_array, NDArray[np.bool_]]:
+def checked_matrix(K: Any, dofs: IntArray) -> tuple[sparse.csr_array, Mask]:
     """A stiffness as a CSR array without stored zeros, and which rows it marks as constrained.
 
     Raises

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from shakedown import __version__
@@ -21,6 +20,7 @@ from shakedown.ground.constants import (
     THREE_DIGITS,
     FloatArray,
     IntArray,
+    Mask,
 )
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.tolerances import DEFAULT
@@ -302,7 +302,7 @@ def model_evidence(
     rows: IntArray,
     mesh: Mesh,
     warnings: tuple[str, ...],
-    alone: NDArray[np.bool_],
+    alone: Mask,
 ) -> ModelEvidence:
     """What is found of a model with held ``rows``, beside ``warnings`` of its contact and rows left out."""
     held = np.asarray(stiffness.K.diagonal() >= DEFAULT.constrained_diagonal)
@@ -342,9 +342,7 @@ def source_text(
     return json.dumps({key: value for key, value in about.items() if value})
 
 
-def bodies_of(
-    stiffness: Stiffness, held: NDArray[np.bool_], contact: ContactSection, mesh: Mesh
-) -> tuple[ModelBody, ...]:
+def bodies_of(stiffness: Stiffness, held: Mask, contact: ContactSection, mesh: Mesh) -> tuple[ModelBody, ...]:
     """The bodies, those of the contact first.
 
     Parameters
@@ -398,7 +396,7 @@ def places_of_rows(stiffness: Stiffness, mesh: Mesh) -> Mapping[int, Sequence[fl
 
 
 def rigid_motions_of_bodies(
-    stiffness: Stiffness, held: NDArray[np.bool_], mesh: Mesh, shanks: Sequence[tuple[float, FloatArray]]
+    stiffness: Stiffness, held: Mask, mesh: Mesh, shanks: Sequence[tuple[float, FloatArray]]
 ) -> FloatArray:
     """The rigid motions of bodies that nothing but the contact resists, (N, k), up to few printed digits.
 
@@ -419,7 +417,7 @@ def rigid_motions_of_bodies(
 def free_motions(
     stiffness: Stiffness,
     rows: IntArray,
-    held: NDArray[np.bool_],
+    held: Mask,
     places: Mapping[int, Sequence[float]] | None,
     *,
     axial: bool = False,
@@ -471,7 +469,7 @@ def model_doubts(stiffness: Stiffness, contact: ContactSection, mesh: Mesh) -> I
         yield from _out_of_size(stiffness, mesh, inside)
 
 
-def _out_of_size(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) -> Iterator[str]:
+def _out_of_size(stiffness: Stiffness, mesh: Mesh, inside: Mask) -> Iterator[str]:
     """A warning where stiffnesses are far from those of the materials and elements of the deck.
 
     The diagonal of a row is about E in the plane, E times a length in space, E times the circumference of
@@ -497,7 +495,7 @@ def _out_of_size(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) ->
         )
 
 
-def _resisting(stiffness: Stiffness, mesh: Mesh, inside: NDArray[np.bool_]) -> Iterator[str]:
+def _resisting(stiffness: Stiffness, mesh: Mesh, inside: Mask) -> Iterator[str]:
     """A warning where rigid motions meet resistance in rows (N,) inside the model."""
     places = {label: mesh.places.get(label, [0.0] * 3) for label in stiffness.dofs[:, 0].tolist()}
     axes = [2] if mesh.axisymmetric else sorted({1, 2, 3} & set(stiffness.dofs[:, 1].tolist()))

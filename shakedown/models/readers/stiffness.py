@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from shakedown.ground.constants import ROUND_OFF, FloatArray, IntArray
+from shakedown.ground.constants import ROUND_OFF, FloatArray, IntArray, Mask
 from shakedown.ground.errors import ProblemError
 from shakedown.models.condensation.contact_frame import checked_dofs
 from shakedown.models.condensation.stiffness_checks import coupled_nodes
@@ -49,7 +49,7 @@ class Stiffness:
     accuracy: float | None = None
 
     @property
-    def are_displacements(self) -> NDArray[np.bool_]:
+    def are_displacements(self) -> Mask:
         """Which rows are displacements or rotations of a node, (N,); others are modes, pressures …"""
         return (self.dofs[:, 0] > 0) & np.isin(self.dofs[:, 1], range(1, 7))
 
