@@ -117,12 +117,12 @@ class Leaps:
         places = self.layout.slips_of(np.flatnonzero((cycles.slip(1, p) > 0.0) & (contact != OPEN)))
         if not 0 < len(places) <= self.slopes.MOST_SLIPS:
             return False
-        start, first = cycles.states[-1 - p].u, self._step()
+        start, first = cycles.states[-1 - p].u, cycles.last(p)
         before, count, error = self._begin(p), cycles.count, cycles.error
 
-        def period(state: FloatArray) -> leaps.PeriodStep | None:
+        def period(state: FloatArray) -> Period | None:
             cycles.go_to(State(state, contact))
-            return self._step() if cycles.follow(p) else None
+            return cycles.last(p) if cycles.follow(p) else None
 
         def at_leap_end() -> None:
             self.decays[p - 1].note(cycles.last(p))
@@ -140,11 +140,6 @@ class Leaps:
         self.slopes.since = cycles.count + self.slopes.wait
         cycles.probes += cycles.count - count
         return True
-
-    def _step(self) -> leaps.PeriodStep:
-        """What the last period has changed."""
-        p = self.period
-        return leaps.PeriodStep(self.cycles.change(p), sum(signatures(list(self.cycles.records)[-p:])))
 
     def _begin(self, last: int) -> Position:
         """Where a leap begins; on it the state may jump where it did in so many of the last cycles.

@@ -145,6 +145,8 @@ class Period(NamedTuple):
         In it [length].
     drift : (r,)
         Rigid slip in it, along each of the orthonormal ones [length].
+    signature
+        Identifies its contact states.
     """
 
     state: FloatArray
@@ -152,6 +154,7 @@ class Period(NamedTuple):
     size: float
     slip: FloatArray
     drift: FloatArray
+    signature: int
 
 
 class Limit(NamedTuple):
@@ -394,7 +397,8 @@ class FollowedCycles:
         """What the last period did."""
         change, state = self.change(period), self.states[-1].u
         size, drift = self.measure.size(change), self.measure.rigid.T @ change
-        return Period(state, change, size, self.slip(1, period), drift)
+        signature = sum(signatures(list(self.records)[-period:]))
+        return Period(state, change, size, self.slip(1, period), drift, signature)
 
     def window(self, period: int) -> FloatArray:
         """The last states one period apart with the same nodes open, (k, N)."""

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.constants import EPS, MINOR, NEGLIGIBLE, NOTABLE, ROUND_OFF, THREE_DIGITS, FloatArray
-from shakedown.long_term.space.followed_cycles import STATE_ROUND_OFF, Measure, product
+from shakedown.long_term.space.followed_cycles import STATE_ROUND_OFF, Measure, Period, product
 
 LEAST_GAIN = 8.0  # periods that a leap must gain at least, as it costs some, and so does its preparation
 LEAP_ERROR = 1e-5  # uncertainty allowed in a leap, relative to the total slip so far
@@ -181,14 +181,7 @@ MOST_POWERS = MOST_EARLIER + len(SHARES)
 PASCAL = np.array([[comb(i, j) for j in range(MOST_POWERS)] for i in range(MOST_POWERS)], dtype=float)
 
 
-class PeriodStep(NamedTuple):
-    """What a period changes of the state, (N,) [length], and what identifies its contact states."""
-
-    change: FloatArray
-    signature: int
-
-
-Follow = Callable[[FloatArray], PeriodStep | None]  # a period from a state on; None where the motion stops
+Follow = Callable[[FloatArray], Period | None]  # a period from a state on; None where the motion stops
 
 
 def moved_by_slips(stiffness: FloatArray, places: NDArray[np.intp], free: NDArray[np.intp]) -> FloatArray:
@@ -265,14 +258,18 @@ class LocalMap:
         """F + D y."""
         return np.asarray(self.change + self.slopes @ y)
 
-    def remainder(self, y: FloatArray) -> PeriodStep:
-        """r(y), (k,), by a period from there; NaN where none can be followed, or where other nodes slip."""
+    def remainder(self, y: FloatArray) -> tuple[FloatArray, bool]:
+        """r(y), (k,), by a period from there, and whether it has the same contact states.
+
+        NaN where none can be followed, or where other nodes slip.
+        """
         there = self.follow(self.at(y)) if self.size(y) < np.inf else None
         if there is not None:
             other = there.change - self.moves @ there.change[self.places]
             if not other.any() or self.measure.size(other) <= THREE_DIGITS * self.measure.size(there.change):
-                return PeriodStep(there.change[self.places] - self.linear(y), there.signature)
-        return PeriodStep(np.full_like(y, np.nan), 0)
+                same = there.signature == self.signature
+                return there.change[self.places] - self.linear(y), same
+        return np.full_like(y, np.nan), False
 
     def sampled(self, periods: int, polynomial: FloatArray, earlier: Samples) -> tuple[Samples, bool]:
         """The remainder sampled on a way so many periods long, and earlier; whether no contact state changes.
@@ -288,9 +285,8 @@ class LocalMap:
         """
         shares = SHARES[min(len(earlier.shares), len(SHARES) - 1) :]
         seen = [self.remainder(self.ahead(periods, polynomial, share)) for share in shares]
-        values = np.vstack([[there.change for there in seen], earlier.values])
-        smooth = all(there.signature == self.signature for there in seen)
-        return Samples(np.append(shares, earlier.shares), values), smooth
+        values = np.vstack([[remainder for remainder, _ in seen], earlier.values])
+        return Samples(np.append(shares, earlier.shares), values), all(same for _, same in seen)
 
     def ahead(self, periods: int, polynomial: FloatArray, share: float = 1.0) -> FloatArray:
         """y after a share of so many periods, if r = Σ b_i sⁱ⁺¹ after the share s of them."""
@@ -340,7 +336,7 @@ class SlopeLeaps:
     end: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def leap(
-        self, local: LocalMap, first: PeriodStep, at_leap_end: Callable[[], None]
+        self, local: LocalMap, first: Period, at_leap_end: Callable[[], None]
     ) -> tuple[float, float] | None:
         """As far as what it predicts comes true, again and again by the same slopes; None if that is not far.
 
