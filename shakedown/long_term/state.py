@@ -414,16 +414,17 @@ def energy_proof(state: LongTermState) -> EnergyProof:
     rest outside has never been inside, and one that comes to rest inside is there
     after finitely many cycles: the ball that holds the state at rest best is found, and
     the states that the motion really passes through are looked at until one is inside.
-    Where none is, the slip that is still to come is bounded, if it can be.
+    Where none is, the slip that is still to come is bounded, if it can be. All that is for motions of whose
+    start it is not known already that λ_E proves it.
     """
+    if motion_start.is_known(state.origin) and motion_start.proving_bound(state.origin) is not None:
+        return EnergyProof(True, best=False, cycles=0, by=ENERGY)
     ball = ball_about(state.origin, state.final_slip, state.open_nodes)
-    if ball is not None and (cycles := cycles_until_inside(ball, state)) is not None:
-        return replace(_proof_of(ball, state), cycles=cycles)
+    found = None if ball is None else proof_in(ball, state)
     # A ball that holds the start also holds the state at rest, so where none does λ_E is not computed.
-    asked = ball is not None or motion_start.is_known(state.origin)
-    if asked and motion_start.proving_bound(state.origin) is not None:
+    if ball is not None and found is None and motion_start.proving_bound(state.origin) is not None:
         return EnergyProof(True, cycles=0, by=ENERGY)
-    return slip_proof(state)
+    return found or slip_proof(state)
 
 
 def slip_proof(state: LongTermState) -> EnergyProof:
@@ -462,15 +463,9 @@ def _after_transient(problem: Problem) -> Problem:
 
 @on_one_thread
 def with_margins(state: LongTermState) -> EnergyProof:
-    """The proof by an energy ball, with the margins of the ball best suited to the state at rest.
-
-    Where that takes long, without shares where such a ball holds it: one program instead of three.
-    """
-    for split in (False, True) if takes_long(state.problem) else (True,):
-        ball = ball_about(state.origin, state.final_slip, state.open_nodes, split=split)
-        if ball is not None:
-            return _proof_of(ball, state)
-    return EnergyProof(True)
+    """The proof by an energy ball, with the margins of the ball that holds the state at rest best."""
+    ball = ball_about(state.origin, state.final_slip, state.open_nodes)
+    return EnergyProof(True) if ball is None else _proof_of(ball, state)
 
 
 def proof_in(ball: EnergyBall, state: LongTermState) -> EnergyProof | None:
@@ -508,10 +503,14 @@ def _cycles_left(away: float, margin: float, contraction: float) -> float:
 
 
 @on_one_thread
-def ball_about(
-    origin: MotionStart, slip: FloatArray, open_nodes: tuple[int, ...], *, split: bool = True
-) -> EnergyBall | None:
-    """The ball that holds a state best, with these nodes open; None where there is none, or no such zone."""
-    more: dict[str, Any] = {"open_nodes": open_nodes, "split": split, "tolerances": origin.tolerances}
-    found = attempt_any(energy_ball, origin.problem, origin.load_factor, around=slip, transient=False, **more)
-    return found if isinstance(found, EnergyBall) and found.contains(slip) else None
+def ball_about(origin: MotionStart, slip: FloatArray, open_nodes: tuple[int, ...]) -> EnergyBall | None:
+    """The ball that holds a state best, with these nodes open; None where there is none, or no such zone.
+
+    Where that takes long, without shares where such a ball holds it: one program instead of three.
+    """
+    more: dict[str, Any] = {"open_nodes": open_nodes, "transient": False, "tolerances": origin.tolerances}
+    for split in (False, True) if takes_long(origin.problem) else (True,):
+        found = attempt_any(energy_ball, origin.problem, origin.load_factor, around=slip, split=split, **more)
+        if isinstance(found, EnergyBall) and found.contains(slip):
+            return found
+    return None

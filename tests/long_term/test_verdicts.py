@@ -210,6 +210,22 @@ def test_where_no_ball_holds_a_state_the_slip_to_come_is_bounded(name, load_fact
     assert 0.0 <= sum(ways[proof.cycles :]) <= proof.further < np.inf
 
 
+@pytest.mark.parametrize("name", ["two-node", "four-node-3d"])
+def test_a_known_bound_of_the_start_proves_what_a_ball_about_the_end_does(name):
+    """With the same margin of the state at rest; from the start on, instead of after some cycles."""
+    states = []
+    for known in (False, True):
+        joint = shakedown.example(name)
+        limits = shakedown.assess(joint).details
+        if known:
+            limits.note_what_is_known()
+        states.append(shakedown.long_term_state(joint, 0.95 * limits.energy.load_factor))
+        assert states[-1].proved
+    alone, known = states
+    assert known.proof_found.cycles == 0 <= alone.proof_found.cycles
+    assert known.energy_margin == pytest.approx(alone.energy_margin, rel=1e-9)
+
+
 def test_nothing_is_proved_by_a_path_that_may_be_off_by_more_than_a_margin():
     joint = shakedown.example("four-node-3d")
     ball = shakedown.energy_ball(joint, 1.0)
