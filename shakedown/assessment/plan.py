@@ -267,15 +267,18 @@ def _is_in_ball(limits: JointLimits, load_factor: float, name: str, state: Float
 
 
 def _safe_start(limits: JointLimits, load_factor: float) -> dict[str, Any]:
-    """How a case from a safe slip begins: of one safe under the transient too, else locked in after it."""
-    problem, upper, tolerances = limits.problem, limits.upper, limits.tolerances
-    opened = upper.open_nodes
+    """How a case from a safe slip begins: of one safe under the transient too, else locked in after it.
+
+    The centre of the energy ball is one.
+    """
+    problem, opened, tolerances = limits.problem, limits.open_nodes, limits.tolerances
     if region_of(load_factor, limits) not in (BELOW, PROVED, BETWEEN, IN_ZONE):
-        return {"start": np.full(problem.layout.slip_size, np.nan) if opened else upper.slip}
-    before = len(transient_path(problem)) > 0
-    if before and not opened:
-        lasting = safe_slip(problem, load_factor, transient=True, tolerances=tolerances)
-        if lasting.status != Status.INFEASIBLE:
-            return {"start": lasting.slip}
-    safe = safe_slip(problem, load_factor, open_nodes=opened, tolerances=tolerances)
-    return {"start": safe.slip, "open_nodes": opened, "after_transient": before}
+        return {"start": np.full(problem.layout.slip_size, np.nan) if opened else limits.upper.slip}
+    ball = present(limits.ball_at(load_factor))
+    if ball is not None and ball.status != Status.INFEASIBLE and not opened:
+        return {"start": ball.slip}
+    for lasting in (not opened, False):  # without a transient both are the same
+        safe = safe_slip(problem, load_factor, open_nodes=opened, transient=lasting, tolerances=tolerances)
+        if lasting and safe.status != Status.INFEASIBLE:
+            return {"start": safe.slip}
+    return {"start": safe.slip, "open_nodes": opened, "after_transient": len(transient_path(problem)) > 0}

@@ -59,6 +59,9 @@ def test_a_gentle_transient_leaves_a_safe_slip_where_it_is():
     report = shakedown.verify(GENTLE, random_states=1)
     assert report.agrees
     assert not any(run.after_transient for run in report.runs)
+    for run in report.runs:
+        if run.initial == "safe" and run.region != "above λ_max":
+            assert through_transient(GENTLE).relative_excess(run.start, run.load_factor).max() <= 1e-9
 
 
 @pytest.mark.parametrize("seed", range(3))
