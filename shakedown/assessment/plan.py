@@ -26,7 +26,7 @@ UNSAFE, BELOW, BETWEEN, ABOVE = "below λ_lo", "below λ_1", "between", "above �
 PROVED = "below λ_U"  # for a load domain, where λ_1 predicts nothing, and in space, where it does not exist
 IN_ZONE, OUTSIDE = "zone is safe", "zone is not safe"  # between λ_lo and λ_max of a zone, and elsewhere
 NO_ZONE = "no zone is safe"  # all were tried
-WORK_OF_START = 1e10  # multiplications and additions on the way to a random state: some seconds
+WORK_OF_START = 2e9  # multiplications and additions on the way to a random state: half a second
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

@@ -104,7 +104,7 @@ def of_joint(limits: Any) -> Bound | Missing | None:
     limits.note_what_is_known()
     history, long = history_of(limits), takes_long(limits.problem)
     if long and not limits.open_nodes:
-        history.runs[end] = limits.slip_beyond(end, history.start, CYCLES).settled
+        history.runs[end] = limits.slip_beyond(end, history.start, CYCLES)[0].settled
     usual = FOUR_DIGITS if long else SIX_DIGITS  # following it takes seconds, longer near λ_T
     return attempt(scanned_limit, history, end, SCANNED, limits.accuracy or usual)
 

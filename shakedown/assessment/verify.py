@@ -84,8 +84,7 @@ class Run(Case):
 
 def compile_loops(limits: JointLimits, method: str) -> None:
     """Follow a joint through one cycle at λ = 0, so that no run's time includes compilation."""
-    with limited_work(1e6):  # of a cycle that is followed for its code only
-        simulate(limits.problem, 0.0, cycles=1, method=method)
+    limited_work(1e6)(simulate)(limits.problem, 0.0, cycles=1, method=method)  # followed for its code only
 
 
 def run_of(limits: JointLimits, case: Case, asked: "Settings") -> Run:
@@ -94,7 +93,7 @@ def run_of(limits: JointLimits, case: Case, asked: "Settings") -> Run:
     if case.after_transient:
         problem = replace(problem, q_transient=None, p_transient=None)
     if case.only_slips and asked.method == "event" and takes_long(problem):
-        simulation = limits.slip_beyond(case.load_factor, case.start, asked.cycles)
+        simulation, _ = limits.slip_beyond(case.load_factor, case.start, asked.cycles)
     else:
         simulation = simulate(
             problem,
@@ -342,7 +341,8 @@ def verify(
         As for :func:`shakedown.simulate`. In space a run is also stopped as undecided after 8e10 operations,
         about half a minute (2e10 where that was too few for λ = 1); ``simulate`` has no such limit. Above
         λ_max a joint in space of more than 50 node pairs is followed until its slip is known to three
-        digits, within 4e10 operations.
+        digits, within 4e10 operations; from other states than the first one within what that has left of
+        them, 1e10 at least.
     budget
         Enumerate the critical load factors if there are at most so many subsets.
     slip_below
@@ -476,11 +476,9 @@ def _simulated(
     first = nominal()
     # where they were too few for λ = 1
     follow = limited_work(0.25 * MOST_WORK if is_spent(first.simulation) else MOST_WORK)(run_of)
-    cases, ends = list[Case](), list[Callable[[], Any]]()
+    ends = list[Callable[[], Any]]()
     for step in planned:  # what one load factor has begins while the next one is planned
-        new = step()
-        ends += [begin(partial(follow, limits, case, asked)) for case in new]
-        cases += new
+        ends += [begin(partial(follow, limits, case, asked)) for case in step()]
     few = limits.subsets is not None and limits.subsets <= asked.budget
     others = [
         second,

@@ -8,7 +8,9 @@ import pytest
 
 import shakedown
 from shakedown.ground.errors import Missing
+from shakedown.ground.tolerances import DEFAULT
 from shakedown.ground.work_limit import limited_work
+from shakedown.joint.constraints import constraints
 from shakedown.motion.space import space_events
 
 
@@ -26,6 +28,9 @@ def test_bounds_and_simulations_agree(found):
         if each.region == "below λ_U" or each.in_ball:
             assert each.simulation.outcome == "shakedown"
             assert each.agrees
+        if each.initial == "safe" and each.region != "above λ_max":
+            excess = constraints(each.simulation.problem).relative_excess(each.start, each.load_factor)
+            assert excess.max() <= DEFAULT.feasibility
     transient = found.transient
     assert found.limits.energy.load_factor * (1 - 1e-9) <= transient.load_factor < transient.cycling
     assert transient.proved <= transient.load_factor <= found.limits.upper.load_factor
@@ -62,6 +67,23 @@ def test_transient_load_steps_come_first():
     assert found.agrees
     assert found.transient is None  # the fixture does what it says
     assert found.runs[0].simulation.outcome == "shakedown"
+
+
+def test_above_λ_max_other_starts_have_the_work_that_the_first_one_leaves(monkeypatch):
+    """With as much as it takes a run comes to its end, with less it is cut; the first one is not."""
+    problem = shakedown.example("two-node-3d")
+    load_factor, starts = 1.05 * shakedown.upper_bound(problem).load_factor, (np.zeros(4), np.full(4, 1e-3))
+    monkeypatch.setattr(space_events, "CALL_OPERATIONS", 1)
+
+    def beyond(limits, start):
+        found, work = limits.slip_beyond(load_factor, start, 1000)
+        return work, "the computation allowed for a run is spent" in found.reason
+
+    (first, _), (other, _) = (beyond(shakedown.assess(problem, start).details, start) for start in starts)
+    for share, cut in ((1.1, False), (0.5, True)):
+        monkeypatch.setattr("shakedown.assessment.every_limit.WORK_BEYOND", first + share * other)
+        limits = shakedown.assess(problem).details
+        assert [beyond(limits, start)[1] for start in starts] == [False, cut]
 
 
 def test_runs_that_take_too_much_work_are_said_to_be_open(monkeypatch):
