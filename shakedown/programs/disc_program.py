@@ -5,15 +5,14 @@ and D. Goldfarb, Math. Program. 95, 2003, 3; Y. E. Nesterov and M. J. Todd, Math
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, lapack, lu, qr, solve_triangular
+from scipy.linalg import blas, lapack, lu, qr, solve_triangular
 
-from shakedown.ground.constants import CONE, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import CONE, EPS, SIX_DIGITS, FloatArray
 
 
 @dataclass(frozen=True)
@@ -42,17 +41,13 @@ class Scaling:
         """The axis of W⁻¹."""
         return self.axis * self.cones.mirror
 
-    @cached_property
-    def _spread(self) -> FloatArray:
-        return self.factor[self.cones.cone]
-
     def times(self, vector: FloatArray) -> FloatArray:
         """W · vector."""
-        return self._spread * self.cones.rotated(self.axis, vector)
+        return self.factor[self.cones.cone] * self.cones.rotated(self.axis, vector)
 
     def divided(self, vector: FloatArray) -> FloatArray:
         """W⁻¹ · vector, or · each of several, (c, N)."""
-        return np.asarray(self.cones.rotated(self._back, vector) / self._spread)
+        return np.asarray(self.cones.rotated(self._back, vector) / self.factor[self.cones.cone])
 
     @property
     def of_numbers(self) -> FloatArray:
@@ -112,10 +107,6 @@ class Cones:
         """1 at every u₀, else −1."""
         return 2.0 * self.unit - 1.0
 
-    @cached_property
-    def _tail(self) -> FloatArray:
-        return 1.0 - self.unit
-
     def parts(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """The cones of three numbers (j, 3), those of one (k,), the large one (q,), as views."""
         first = CONE * self.triples
@@ -126,7 +117,7 @@ class Cones:
         return np.asarray(np.add.reduceat(u, self.heads, axis=-1) if self.degree else u)
 
     def _lengths(self, u: FloatArray) -> FloatArray:
-        return np.sqrt(self._sums(u * u * self._tail))
+        return np.sqrt(self._sums(u * u * (self.mirror < 0)))
 
     def _sizes_of(self, u: FloatArray) -> FloatArray:
         """The root of u₀² − |u₁|², without cancellation."""
@@ -152,7 +143,7 @@ class Cones:
 
     def rotated(self, axis: FloatArray, u: FloatArray) -> FloatArray:
         """The hyperbolic rotations that take unit vectors to the axes, applied to u, (N,) or (c, N)."""
-        along, first, of_axis = self._sums(axis * u * self._tail), u[..., self.heads], axis[self.heads]
+        along, first, of_axis = self._sums(axis * u * (self.mirror < 0)), u[..., self.heads], axis[self.heads]
         found = u + axis * (first + along / (1.0 + of_axis))[..., self.cone]
         found[..., self.heads] = of_axis * first + along
         return np.asarray(found)
@@ -190,32 +181,12 @@ def _rotation(axis: FloatArray) -> FloatArray:
 
 
 FEW = 24_000  # coefficients: of more, one product of all takes longer than one a node
-RANK = np.finfo(float).eps  # relative size, per row, of a diagonal of the factor that counts as zero
 
 Places = NDArray[np.intp]
 Solve = Callable[[FloatArray], FloatArray]
 
 
-class Unknowns(NamedTuple):
-    """The unknowns z = S y of the normal equations.
-
-    Attributes
-    ----------
-    nodes, tied : (n,)
-        The order of the nodes, and of how many, the first ones, z has the last two numbers, two by two.
-    blocks : (n, 3, r)
-        Coefficients of z in the discs of the nodes in this order.
-    to_x : (r + p, r + p)
-        (y, w) from (z, w).
-    gram : (r, r)
-        |y|² = zᵀ · gram · z.
-    """
-
-    nodes: Places
-    tied: int
-    blocks: FloatArray
-    to_x: FloatArray
-    gram: FloatArray
+InReactions = tuple["DiscProgram", FloatArray, FloatArray]  # in z = S y; (y, w) from (z, w), and back
 
 
 @dataclass(frozen=True, eq=False)
@@ -245,6 +216,10 @@ class DiscProgram:
         What bounds the length of y; None where nothing does.
     offset
         What is added to that length.
+    tied
+        Of how many nodes, the first ones, y has the last two numbers, two by two.
+    to_y : (r, r), optional
+        What y is multiplied by before its length is taken.
     """
 
     blocks: FloatArray
@@ -257,6 +232,8 @@ class DiscProgram:
     cost: FloatArray
     norm: FloatArray | None = None
     offset: float = 0.0
+    tied: int = 0
+    to_y: FloatArray | float = 1.0
 
     @property
     def rank(self) -> int:
@@ -269,10 +246,16 @@ class DiscProgram:
         places = (count * self.node[:, None] + np.arange(count)).ravel()
         return np.asarray(np.bincount(places, values.ravel(), n * count), dtype=float).reshape(n, count)
 
+    @property
+    def _untied(self) -> FloatArray:
+        """The blocks of the other nodes below each other, (3n − 3 tied, r)."""
+        return self.blocks[self.tied :].reshape(CONE * (len(self.blocks) - self.tied), self.rank)
+
     @cached_property
-    def _flat(self) -> FloatArray:
-        """The blocks below each other, (3n, r)."""
-        return self.blocks.reshape(CONE * len(self.blocks), self.rank)
+    def _squared(self) -> FloatArray:
+        """The matrix of the squared length that is bounded, (r, r)."""
+        to_y = np.dot(np.eye(self.rank), self.to_y)
+        return np.asarray(to_y.T @ to_y)
 
     @cached_property
     def loads(self) -> FloatArray:
@@ -296,24 +279,29 @@ class DiscProgram:
         return np.append(np.zeros(self.rank), self.cost)
 
     @cached_property
-    def _unknowns(self) -> Unknowns:
-        """Reactions, the last two numbers of as many nodes as determine y; y itself if S is ill-conditioned.
+    def in_reactions(self) -> InReactions:
+        """In reactions, the last two numbers of as many nodes as determine y; in y if S is ill-conditioned.
 
         In z the discs of a node have two coefficients each in their last two numbers: they add a 2 × 2
         block to the normal equations, and their first number one dense row. That is a third of the work
         in y, and near the end, where W⁻² spans many orders, no large row hides a small one.
         """
-        n, r = len(self.blocks), self.rank
-        nodes, t, to_x = np.arange(n), 0, np.eye(r + len(self.cost))
-        if 0 < r <= 2 * n:
-            kept = (lu(self.blocks[:, 1:].reshape(2 * n, r), p_indices=True)[0] < r).reshape(n, 2)
-            order = np.argsort(~kept.all(axis=1), kind="stable")
-            S = self.blocks[order, 1:][kept[order]]
-            if np.linalg.cond(S, 1) * SIX_DIGITS < 1.0:
-                nodes, t, to_x[:r, :r] = order, int(kept.all(axis=1).sum()), np.linalg.inv(S)
-        to_y = to_x[:r, :r]
-        rows = self.blocks[nodes].reshape(CONE * n, r) @ to_y
-        return Unknowns(nodes, t, rows.reshape(n, CONE, r), to_x, to_y.T @ to_y)
+        n, r, to_x = len(self.blocks), self.rank, np.eye(len(self.costs))
+        if self._few is not None or not 0 < r <= 2 * n:
+            return self, to_x, to_x
+        kept = (lu(self.blocks[:, 1:].reshape(2 * n, r), p_indices=True)[0] < r).reshape(n, 2)
+        order = np.argsort(~kept.all(axis=1), kind="stable")
+        S = self.blocks[order, 1:][kept[order]]
+        to_y, singular = lapack.dgetri(*lapack.dgetrf(S)[:2])
+        if singular or not np.linalg.norm(S, 1) * np.linalg.norm(to_y, 1) * SIX_DIGITS < 1.0:
+            return self, to_x, to_x
+        t, from_x = int(kept.all(axis=1).sum()), to_x.copy()
+        to_x[:r, :r], from_x[:r, :r] = to_y, S
+        blocks = np.zeros_like(self.blocks)
+        blocks[:, 0], blocks[t:, 1:] = self.blocks[order, 0] @ to_y, self.blocks[order[t:], 1:] @ to_y
+        blocks[:t, 1:] = np.eye(2 * t, r).reshape(t, 2, r)
+        node, rows = np.argsort(order)[self.node], self.rows @ to_y
+        return replace(self, blocks=blocks, node=node, rows=rows, tied=t, to_y=to_y), to_x, from_x
 
     @cached_property
     def _few(self) -> FloatArray | None:
@@ -326,11 +314,14 @@ class DiscProgram:
         return self._by_blocks(x) if self._few is None else x @ self._few
 
     def _by_blocks(self, x: FloatArray) -> FloatArray:
-        y, w = x[: self.rank], x[self.rank :]
-        discs = (self._flat @ y).reshape(-1, CONE)[self.node] + (self.loads @ w).reshape(-1, CONE)
+        y, w, t = x[: self.rank], x[self.rank :], self.tied
+        numbers = np.empty((len(self.blocks), CONE))
+        numbers[:t, 0], numbers[:t, 1:] = self.blocks[:t, 0] @ y, y[: 2 * t].reshape(t, 2)
+        numbers[t:] = (self._untied @ y).reshape(-1, CONE)
+        discs = numbers[self.node] + (self.loads @ w).reshape(-1, CONE)
         parts = [discs.ravel(), self.rows @ y + self.rows_extra @ w]
         if self.norm is not None:
-            parts += [-(self.norm @ w)[None], -y]
+            parts += [-(self.norm @ w)[None], -np.dot(self.to_y, y)]
         return np.concatenate(parts)
 
     def transposed(self, z: FloatArray) -> FloatArray:
@@ -338,10 +329,12 @@ class DiscProgram:
         if self._few is not None:
             return self._few @ z
         discs, rows, tail = self.cones.parts(z)
-        y = self.sums(discs).ravel() @ self._flat + rows @ self.rows
+        sums, t = self.sums(discs), self.tied
+        y = sums[:t, 0] @ self.blocks[:t, 0] + sums[t:].ravel() @ self._untied + rows @ self.rows
+        y[: 2 * t] += sums[:t, 1:].ravel()
         w = discs.ravel() @ self.loads + rows @ self.rows_extra
         if self.norm is not None:
-            y, w = y - tail[1:], w - tail[0] * self.norm
+            y, w = y - np.dot(tail[1:], self.to_y), w - tail[0] * self.norm
         return np.concatenate([y, w])
 
     def columns(self, discs: Places) -> FloatArray:
@@ -372,23 +365,21 @@ class DiscProgram:
         if self._few is not None:
             root = scaling.divided(self._few)
             return _by_cholesky(root @ root.T)
-        r, p = self.rank, len(self.cost)
-        nodes, t, blocks, to_x, gram = self._unknowns
-        R = self._factors(scaling)[nodes]
-        rows = np.hstack([self.rows, self.rows_extra]) @ to_x / scaling.of_numbers
-        dense = np.vstack([_in_unknowns(R[:t, :1], blocks[:t]), _in_unknowns(R[t:], blocks[t:]), rows])
-        normal = np.asarray(dense.T @ dense)
+        r, p, t, R = self.rank, len(self.cost), self.tied, self._factors(scaling)
+        parts = [_in_unknowns(R[:t, :1], self.blocks[:t]), _in_unknowns(R[t:], self.blocks[t:])]
+        parts.append(np.hstack([self.rows, self.rows_extra]) / scaling.of_numbers)
+        normal = np.zeros((r + p, r + p), order="F")
+        if self.norm is not None:
+            factor = scaling.factor[-1]
+            w = np.sqrt(2.0) / factor * scaling.axis[-self.cones.large :]
+            parts.append(np.append(np.dot(w[1:], self.to_y), -w[0] * self.norm)[None])
+            normal[:r, :r] = self._squared / factor**2
+            normal[r:, r:] = np.outer(-self.norm, self.norm) / factor**2
+        normal = blas.dsyrk(1.0, np.vstack(parts).T, 1.0, normal, lower=1, overwrite_c=1)
         at = np.hstack([np.arange(2 * t).reshape(t, 2), np.tile(np.arange(r, r + p), (t, 1))])
         own = R[:t, 1:, 1:]
         np.add.at(normal, (at[:, :, None], at[:, None]), np.swapaxes(own, 1, 2) @ own)
-        if self.norm is not None:
-            w, factor = scaling.axis[-self.cones.large :] / scaling.factor[-1], scaling.factor[-1]
-            along = w[1:] @ to_x[:r, :r]
-            normal[:r, :r] += np.outer(2.0 * along, along) + gram / factor**2
-            normal[r:, :r] -= np.outer(2.0 * w[0] * self.norm, along)
-            normal[r:, r:] += (2.0 * w[0] ** 2 - 1.0 / factor**2) * np.outer(self.norm, self.norm)
-        solve = _by_cholesky(normal)
-        return lambda right: np.asarray(to_x @ solve(right @ to_x))
+        return _by_cholesky(normal)
 
     def orthogonal_factor(self, scaling: Scaling) -> Solve:
         """The same equations solved by a triangular factor of W⁻¹ M, where no squaring hides small rows."""
@@ -396,7 +387,7 @@ class DiscProgram:
         parts = [_in_unknowns(self._factors(scaling), self.blocks), rows]
         if self.norm is not None:
             inverse = scaling.inverse_of_large()
-            parts.append(np.hstack([inverse[:, 1:], np.outer(inverse[:, 0], self.norm)]))
+            parts.append(np.hstack([np.dot(inverse[:, 1:], self.to_y), np.outer(inverse[:, 0], self.norm)]))
         return _by_orthogonal_factor(np.vstack(parts))
 
     def _factors(self, scaling: Scaling) -> FloatArray:
@@ -417,13 +408,11 @@ def _in_unknowns(factors: FloatArray, blocks: FloatArray) -> FloatArray:
 
 
 def _by_cholesky(normal: FloatArray) -> Solve:
-    """Solutions of a positive definite matrix in units of its diagonal; raises ``LinAlgError``."""
-    diagonal = np.einsum("ii->i", normal)
-    unit = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    normal *= unit
-    normal *= unit[:, None]
-    factor, _ = cho_factor(normal, lower=True, overwrite_a=True, check_finite=False)
-    return lambda right: np.asarray(unit * lapack.dpotrs(factor, unit * right, lower=1)[0])
+    """Solutions of a positive definite matrix, of which the lower triangle counts; raises ``LinAlgError``."""
+    factor, failed = lapack.dpotrf(normal, lower=1, clean=0, overwrite_a=1)
+    if failed:
+        raise np.linalg.LinAlgError("the normal equations are not positive definite")
+    return lambda right: np.asarray(lapack.dpotrs(factor, right, lower=1)[0])
 
 
 def _large_first(rows: FloatArray) -> FloatArray:
@@ -438,7 +427,8 @@ def _by_orthogonal_factor(root: FloatArray) -> Solve:
     unit = 1.0 / np.where(lengths > 0, lengths, 1.0)
     R, order = qr(_large_first(root * unit), mode="r", pivoting=True, check_finite=False)
     sizes = np.abs(np.diag(R))
-    rank = int(np.count_nonzero(sizes > RANK * len(sizes) * sizes.max(initial=0.0)))
+    # a diagonal that is zero to round-off belongs to a column that depends on those before it
+    rank = int(np.count_nonzero(sizes > EPS * len(sizes) * sizes.max(initial=0.0)))
     known, R = order[:rank], R[:rank, :rank]
 
     def solve(right: FloatArray) -> FloatArray:

@@ -122,11 +122,6 @@ class ExactVertex:
     y: dict[int, int]
     y_scale: int
 
-    def among(self, columns: list[int], count: int) -> ExactVertex:
-        """The same solution in all columns of the full program: zero in those left out."""
-        x = dict(zip(columns, self.x, strict=False))
-        return replace(self, x=[x.get(j, 0) for j in range(count)])
-
 
 class PivotBudget:
     """The shared budget of the pivots of several programs, in multiplications of their systems.
@@ -184,7 +179,8 @@ def exact_vertex(
             return None
         loose = _unbalanced(program, free, end)
         if loose is None:
-            return end.among(free, len(program.cost))
+            x = dict(zip(free, end.x, strict=False))  # zero in the columns left out
+            return replace(end, x=[x.get(j, 0) for j in range(len(program.cost))])
         free = sorted([*free, loose])
         active += _completion(program, active, free)
     return None
@@ -235,7 +231,8 @@ def _simplex(program: ExactProgram, basis: list[int], budget: PivotBudget) -> Ex
         at = solve_integers([program.matrix[i] for i in basis], [program.right[i] for i in basis])
         if at is None:
             return None
-        excess = _excess(program, *at)
+        values = product(program.table, at[0])
+        excess = [value - right * at[1] for value, right in zip(values, program.right, strict=True)]
         violated = next((i for i, each in enumerate(excess) if each > 0), None)
         weights = _weights(program, basis, program.cost if violated is None else cost)
         if weights is None:
@@ -270,12 +267,6 @@ def _weights(program: ExactProgram, basis: list[int], target: list[int]) -> tupl
     """y with Σ y_k row_k = target."""
     columns = range(len(program.cost))
     return solve_integers([[program.matrix[i][j] for i in basis] for j in columns], target)
-
-
-def _excess(program: ExactProgram, x: list[int], scale: int) -> list[int]:
-    """matrix · x − right in every row, times the scale of x."""
-    values = product(program.table, x)
-    return [value - right * scale for value, right in zip(values, program.right, strict=True)]
 
 
 def _least_ratio(pairs: list[tuple[int, int, int]]) -> int:

@@ -22,7 +22,7 @@ from shakedown.ground.status import Status
 from shakedown.ground.work_limit import on_one_thread
 from shakedown.programs.disc_program import DiscProgram, Scaling, Solve
 
-Newton = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+Step = tuple[FloatArray, FloatArray, FloatArray]  # dx, dy, G dx
 
 REACHED = NEGLIGIBLE / 10  # gap and residuals at which the iteration stops
 PROOF_FACTOR = REACHED / NEGLIGIBLE  # of its error: a proof is reached only where it proves something
@@ -129,9 +129,11 @@ def _shared(program: DiscProgram, earlier: Points) -> Points:
     return ()
 
 
-def _solved(program: DiscProgram, usable: float, begun: Points, enough: StopTest | None) -> SelfDualSolution:
-    unit, path = program.cones.unit, list(begun)
+def _solved(given: DiscProgram, usable: float, begun: Points, enough: StopTest | None) -> SelfDualSolution:
+    (program, to_x, from_x), path = given.in_reactions, list(begun)
+    unit = program.cones.unit
     point = path[-1] if path else Point(np.zeros(len(program.costs)), unit, unit, 1.0, 1.0)
+    point = point._replace(x=from_x @ point.x)
     seen = program.times(point.x), program.transposed(point.y)
     best, idle = _judged(program, point, *seen), 0
     for _ in range(ITERATIONS):
@@ -150,17 +152,17 @@ def _solved(program: DiscProgram, usable: float, begun: Points, enough: StopTest
             break
         if not (np.isfinite(point.x).all() and point.tau > 0 and point.kappa > 0):
             break
-        path.append(point)
+        path.append(point._replace(x=to_x @ point.x))
         seen = program.times(point.x), program.transposed(point.y)
         found = _judged(program, point, *seen)
-        x, s, y = (part / point.tau for part in point[:3])
+        x, s, y = (part / point.tau for part in path[-1][:3])
         if enough is not None and enough(x, y):
             return SelfDualSolution(Status.OPTIMAL, x, s, y, found.accuracy, tuple(path))
         idle = 0 if found.accuracy < 0.9 * best.accuracy else idle + 1
         best = found if found.accuracy < best.accuracy else best
     least = usable if best.status == Status.OPTIMAL else USABLE
     status = best.status if best.accuracy <= least else Status.UNDECIDED
-    return SelfDualSolution(status, best.x, best.slack, best.multipliers, best.accuracy, tuple(path))
+    return SelfDualSolution(status, to_x @ best.x, best.slack, best.multipliers, best.accuracy, tuple(path))
 
 
 @np.errstate(all="ignore")  # what is not finite is no point
@@ -170,7 +172,7 @@ def inner_point(program: DiscProgram, end: SelfDualSolution, gap: float = FOUR_D
     From the point on the way to an optimum that has this mean of slack times multiplier, by Newton's
     method towards the centre there.
     """
-    cones, h, c = program.cones, program.limits, program.costs
+    (program, to_x, from_x), cones, h, c = program.in_reactions, program.cones, program.limits, program.costs
 
     def mean(point: Point) -> float:
         return float(point.s @ point.y) / point.tau**2 / cones.degree
@@ -178,20 +180,20 @@ def inner_point(program: DiscProgram, end: SelfDualSolution, gap: float = FOUR_D
     if end.status != Status.OPTIMAL or not end.path:
         return None
     first = min(end.path, key=lambda point: abs(np.log(max(mean(point), 1e-300) / gap)))
-    x, s, y, target = first.x / first.tau, first.s / first.tau, first.y / first.tau, mean(first)
+    x, s, y, target = from_x @ first.x / first.tau, first.s / first.tau, first.y / first.tau, mean(first)
     for _ in range(NEWTON_ROUNDS):
         scaling = cones.scaling(s, y)
         centre = scaling.point
         left, short = -(program.transposed(y) + c), h - program.times(x) - s
         rest = max(float(np.abs(left).max()), float(np.abs(short).max()))
         if rest <= ROUND_OFF * max(1.0, float(np.abs(y).max()), float(np.abs(s).max())):
-            return Point(x, s, y, 1.0, 0.0)
+            return Point(to_x @ x, s, y, 1.0, 0.0)
         wanted = cones.quotient(centre, target * cones.unit - cones.product(centre, centre))
         try:
-            dx, dy = _newton_equations(program, scaling)(left, short - scaling.times(wanted))
+            dx, dy, Gdx = _newton_equations(program, scaling)(left, short - scaling.times(wanted))
         except np.linalg.LinAlgError:
             return None
-        ds = short - program.times(dx)
+        ds = short - Gdx
         way = min(1.0, 0.9 * cones.reach_from(s)(ds), 0.9 * cones.reach_from(y)(dy))
         if not np.isfinite(dx).all():
             return None
@@ -202,10 +204,11 @@ def inner_point(program: DiscProgram, end: SelfDualSolution, gap: float = FOUR_D
 @np.errstate(all="ignore")  # what is not finite is of no use, and is not taken
 def balanced_multipliers(program: DiscProgram, point: Point) -> FloatArray:
     """Multipliers with Gᵀ y + τ c = 0 next to those of a point, in the metric of its scaling."""
+    program, *_ = program.in_reactions
     scaling = program.cones.scaling(point.s, point.y)
     left = program.transposed(point.y) + point.tau * program.costs
     try:
-        _, dy = _newton_equations(program, scaling)(left, np.zeros_like(point.y))
+        _, dy, _ = _newton_equations(program, scaling)(left, np.zeros_like(point.y))
     except np.linalg.LinAlgError:
         return np.full_like(point.y, np.nan)
     return point.y - dy
@@ -244,16 +247,16 @@ def _next(program: DiscProgram, point: Point, Gx: FloatArray, Gy: FloatArray, sc
     left, short = -(Gy + tau * c), tau * h - Gx - s
     lost = -(kappa + float(c @ x) + float(h @ y))
 
-    x1, y1 = both(-c, h)
+    x1, y1, G1 = both(-c, h)
     slope = float(c @ x1) + float(h @ y1) - kappa / tau
 
     def step(share: float, target: FloatArray, target_tau: float) -> Point:
         """All residuals reduced by a share, slack ∘ multiplier and τ κ to their targets; s and y scaled."""
         wanted = cones.quotient(centre, target)
-        x2, y2 = both(share * left, share * short - scaling.times(wanted))
+        x2, y2, G2 = both(share * left, share * short - scaling.times(wanted))
         dtau = (share * lost - target_tau / tau - float(c @ x2) - float(h @ y2)) / slope
         dx, dy = x2 + dtau * x1, scaling.times(y2 + dtau * y1)
-        ds = scaling.divided(share * short + dtau * h - program.times(dx))
+        ds = scaling.divided(share * short + dtau * (h - G1) - G2)
         return Point(dx, ds, dy, dtau, (target_tau - kappa * dtau) / tau)
 
     def length(d: Point) -> float:
@@ -276,8 +279,8 @@ def _next(program: DiscProgram, point: Point, Gx: FloatArray, Gy: FloatArray, sc
     )
 
 
-def _newton_equations(program: DiscProgram, scaling: Scaling) -> Newton:
-    """(dx, dy) of Gᵀ dy = first and G dx − W² dy = second.
+def _newton_equations(program: DiscProgram, scaling: Scaling) -> Callable[[FloatArray, FloatArray], Step]:
+    """dx, dy of Gᵀ dy = first and G dx − W² dy = second, and G dx.
 
     By the normal equations, or by an orthogonal factor where round-off leaves them not definite.
     """
@@ -290,14 +293,15 @@ def _newton_equations(program: DiscProgram, scaling: Scaling) -> Newton:
 
 def _refined(
     program: DiscProgram, scaling: Scaling, solve: Solve, first: FloatArray, second: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """(dx, dy), refined by conjugate gradients with a factor.
+) -> Step:
+    """dx, dy and G dx, refined by conjugate gradients with a factor.
 
     dy is summed up along with dx, so that its balance is not lost where W⁻² spans many orders.
     """
     right = first + program.transposed(scaling.divided(scaling.divided(second)))
     dx = solve(right)
-    dy = scaling.divided(scaling.divided(program.times(dx) - second))
+    Gdx = program.times(dx)
+    dy = scaling.divided(scaling.divided(Gdx - second))
     enough, way, last = ROUND_OFF * sqrt(right @ right), np.zeros_like(dx), 1.0
     for _ in range(REFINEMENTS):
         rest = first - program.transposed(dy)
@@ -306,10 +310,11 @@ def _refined(
         ahead = solve(rest)
         slope = float(rest @ ahead)
         way, last = ahead + slope / last * way, slope
-        along = scaling.divided(program.times(way))
+        Gway = program.times(way)
+        along = scaling.divided(Gway)
         across = float(along @ along)
         length = slope / across if slope and across else np.inf  # zero slope: the rest is round-off
         if not np.isfinite(length):
             break
-        dx, dy = dx + length * way, dy + length * scaling.divided(along)
-    return dx, dy
+        dx, dy, Gdx = dx + length * way, dy + length * scaling.divided(along), Gdx + length * Gway
+    return dx, dy, Gdx
