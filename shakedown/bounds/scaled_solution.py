@@ -1,10 +1,11 @@
 """The program of λ_max in space, scaled and solved, and that of the safest slip."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg import lapack
 
 from shakedown.bounds.disc_rows import DiscRows, disc_rows
 from shakedown.ground.constants import (
@@ -21,7 +22,7 @@ from shakedown.ground.constants import (
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.problem import Problem
-from shakedown.programs.disc_program import DiscProgram
+from shakedown.programs.disc_program import DiscProgram, Solve
 from shakedown.programs.program import exact_products, median_size
 from shakedown.programs.self_dual import USABLE, Point, SelfDualSolution, balanced_multipliers, solve_discs
 from shakedown.programs.simplex import chebyshev_centre
@@ -225,8 +226,7 @@ def solve_scaled(scaled: ScaledDiscs, usable: float = USABLE, *, proves: bool = 
     weights, others = discs[:, 0], others[: len(z)]
     least = NEGLIGIBLE * max(weights.max(initial=0.0), others.max(initial=0.0))
     active = np.flatnonzero(weights > least), np.flatnonzero(others > least)
-    reduced = end.accuracy > NEGLIGIBLE
-    return UnscaledSolution(end.status, x, load_factor, y, z, active, reduced, scaled, end)
+    return UnscaledSolution(end.status, x, load_factor, y, z, active, end.accuracy > NEGLIGIBLE, scaled, end)
 
 
 def polished(program: DiscProgram, end: SelfDualSolution, *, proves: bool = True) -> SelfDualSolution:
@@ -280,48 +280,49 @@ def _newton(program: DiscProgram, end: SelfDualSolution, active: _Active) -> Sel
     m = np.concatenate(
         [others[active.linear], triples[active.edge, 0], triples[active.apex].ravel(), tail[: active.norm]]
     )
-    best, reached = None, np.inf
+    best, reached, solve = None, np.inf, None
     for _ in range(NEWTON_ROUNDS):
-        gradient, missing, H, J = _equations(program, active, x, m)
-        size = max(float(np.abs(gradient).max()), float(np.abs(missing).max(initial=0.0)))
-        if not np.isfinite(size) or size > 0.5 * reached:
+        left, solver = _equations(program, active, x, m)
+        size, before = float(np.abs(left).max()), reached
+        if not np.isfinite(size) or size > 0.5 * before:
             break
         best, reached = (x, m), size
         if size <= ROUND_OFF * 1e-2:
             break
-        step = _step(gradient, missing, H, J)
-        x, m = x + step[: len(x)], m - step[len(x) :]
+        if solve is None or size > NOTABLE * before:  # else the last factor gains a digit once more
+            solve = solver()
+        step = solve(left)
+        x, m = x - step[: len(x)], m + step[len(x) :]
     return _ended(program, end, active, *best) if best is not None else None
-
-
-def _step(gradient: FloatArray, missing: FloatArray, H: FloatArray, J: FloatArray) -> FloatArray:
-    size, count = len(gradient), len(missing)
-    matrix = np.zeros((size + count, size + count))
-    matrix[:size, :size], matrix[:size, size:], matrix[size:, :size] = H, J.T, J
-    near = np.concatenate([np.full(size, PROXIMITY), np.full(count, -PROXIMITY)])
-    matrix[np.diag_indices(size + count)] += near
-    return np.asarray(lu_solve(lu_factor(matrix, check_finite=False), -np.append(gradient, missing)))
 
 
 def _equations(
     program: DiscProgram, active: _Active, x: FloatArray, m: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Balance of the multipliers, slack of the active limits, curvature, slopes of the active limits."""
+) -> tuple[FloatArray, Callable[[], Solve]]:
+    """Balance of the multipliers and slack of the active limits; what solves for a change of them."""
     s, linear, _ = program.cones.parts(program.limits - program.times(x))
-    linear_rows, a, b = active.linear, len(active.linear), len(active.linear) + len(active.edge)
-    excess, slopes, bends = program.edges(active.edge, x, m[a:b])
+    excess, slopes, bends = program.edges(active.edge, x, m[len(active.linear) :][: len(active.edge)])
     at_apex = program.columns(active.apex).reshape(-1, len(x))
-    rows = np.hstack([program.rows[linear_rows], program.rows_extra[linear_rows]])
-    J = -np.vstack([rows, slopes, at_apex])
+    J = -np.vstack([np.hstack([program.rows, program.rows_extra])[active.linear], slopes, at_apex])
     missing = np.concatenate([linear[active.linear], -excess, s[active.apex].ravel()])
-    H = bends.T @ bends
+    towards, bend = np.zeros(0), 0.0
     if active.norm and program.norm is not None:
         r, length = program.rank, float(np.linalg.norm(x[: program.rank]))
-        towards = x[:r] / length
+        towards, bend = x[:r] / length, m[-1] / length
         J = np.vstack([J, np.append(-towards, program.norm)])
         missing = np.append(missing, program.norm @ x[r:] - program.offset - length)
-        H[:r, :r] += m[-1] / length * (np.eye(r) - np.outer(towards, towards))
-    return program.costs - m @ J, missing, H, J
+
+    def solver() -> Solve:
+        """A factor of the curvature and the slopes of the active limits, in the lower triangle."""
+        size, r = len(x), len(towards)
+        matrix = np.diag(np.repeat([PROXIMITY, -PROXIMITY], [size, len(m)])).T
+        matrix[:size, :size] += bends.T @ bends
+        matrix[:r, :r] += bend * (np.eye(r) - np.outer(towards, towards))
+        matrix[size:, :size] = J
+        factor, pivots, _ = lapack.dsytrf(matrix, lower=1, lwork=64 * len(matrix), overwrite_a=1)
+        return lambda right: np.asarray(lapack.dsytrs(factor, pivots, right, lower=1)[0])
+
+    return np.append(program.costs - m @ J, missing), solver
 
 
 def _ended(
