@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import blas, lapack, lu, qr, solve_triangular
+from scipy.linalg import blas, lapack, qr, solve_triangular
 
 from shakedown.ground.constants import CONE, EPS, SIX_DIGITS, FloatArray
 
@@ -48,11 +48,6 @@ class Scaling:
     def divided(self, vector: FloatArray) -> FloatArray:
         """W⁻¹ · vector, or · each of several, (c, N)."""
         return np.asarray(self.cones.rotated(self._back, vector) / self.factor[self.cones.cone])
-
-    @property
-    def of_numbers(self) -> FloatArray:
-        """W on the cones of one number, (k, 1)."""
-        return self.factor[self.cones.triples :][: self.cones.numbers, None]
 
     def inverses(self) -> FloatArray:
         """W⁻¹ on the cones of three numbers, (j, 3, 3)."""
@@ -254,8 +249,7 @@ class DiscProgram:
     @cached_property
     def _squared(self) -> FloatArray:
         """The matrix of the squared length that is bounded, (r, r)."""
-        to_y = np.dot(np.eye(self.rank), self.to_y)
-        return np.asarray(to_y.T @ to_y)
+        return self.to_y.T @ self.to_y if isinstance(self.to_y, np.ndarray) else np.eye(self.rank)
 
     @cached_property
     def loads(self) -> FloatArray:
@@ -289,10 +283,14 @@ class DiscProgram:
         n, r, to_x = len(self.blocks), self.rank, np.eye(len(self.costs))
         if self._few is not None or not 0 < r <= 2 * n:
             return self, to_x, to_x
-        kept = (lu(self.blocks[:, 1:].reshape(2 * n, r), p_indices=True)[0] < r).reshape(n, 2)
+        factor, pivots, _ = lapack.dgetrf(self.blocks[:, 1:].reshape(2 * n, r))
+        place = np.argsort(lapack.dlaswp(np.arange(2.0 * n)[:, None], pivots)[:, 0]).reshape(n, 2)
+        kept = place < r
         order = np.argsort(~kept.all(axis=1), kind="stable")
         S = self.blocks[order, 1:][kept[order]]
-        to_y, singular = lapack.dgetri(*lapack.dgetrf(S)[:2])
+        inverse, singular = lapack.dtrtri(factor[:r])
+        in_order = blas.dtrsm(1.0, factor[:r], np.triu(inverse), side=1, lower=1, diag=1)
+        to_y = in_order[:, place[order][kept[order]]]  # its columns were in the order of the pivots
         if singular or not np.linalg.norm(S, 1) * np.linalg.norm(to_y, 1) * SIX_DIGITS < 1.0:
             return self, to_x, to_x
         t, from_x = int(kept.all(axis=1).sum()), to_x.copy()
@@ -367,28 +365,30 @@ class DiscProgram:
             return _by_cholesky(root @ root.T)
         r, p, t, R = self.rank, len(self.cost), self.tied, self._factors(scaling)
         parts = [_in_unknowns(R[:t, :1], self.blocks[:t]), _in_unknowns(R[t:], self.blocks[t:])]
-        parts.append(np.hstack([self.rows, self.rows_extra]) / scaling.of_numbers)
+        parts.append(self._of_rows(scaling))
         normal = np.zeros((r + p, r + p), order="F")
         if self.norm is not None:
-            factor = scaling.factor[-1]
-            w = np.sqrt(2.0) / factor * scaling.axis[-self.cones.large :]
-            parts.append(np.append(np.dot(w[1:], self.to_y), -w[0] * self.norm)[None])
-            normal[:r, :r] = self._squared / factor**2
-            normal[r:, r:] = np.outer(-self.norm, self.norm) / factor**2
+            w = np.sqrt(2.0) * scaling.axis[-self.cones.large :]
+            parts.append(np.append(np.dot(w[1:], self.to_y), -w[0] * self.norm)[None] / scaling.factor[-1])
+            normal[:r, :r], normal[r:, r:] = self._squared, np.outer(-self.norm, self.norm)
+            normal /= scaling.factor[-1] ** 2
         normal = blas.dsyrk(1.0, np.vstack(parts).T, 1.0, normal, lower=1, overwrite_c=1)
         at = np.hstack([np.arange(2 * t).reshape(t, 2), np.tile(np.arange(r, r + p), (t, 1))])
-        own = R[:t, 1:, 1:]
-        np.add.at(normal, (at[:, :, None], at[:, None]), np.swapaxes(own, 1, 2) @ own)
+        np.add.at(normal, (at[:, :, None], at[:, None]), np.swapaxes(R[:t, 1:, 1:], 1, 2) @ R[:t, 1:, 1:])
         return _by_cholesky(normal)
 
     def orthogonal_factor(self, scaling: Scaling) -> Solve:
         """The same equations solved by a triangular factor of W⁻¹ M, where no squaring hides small rows."""
-        rows = np.hstack([self.rows, self.rows_extra]) / scaling.of_numbers
-        parts = [_in_unknowns(self._factors(scaling), self.blocks), rows]
+        parts = [_in_unknowns(self._factors(scaling), self.blocks), self._of_rows(scaling)]
         if self.norm is not None:
             inverse = scaling.inverse_of_large()
             parts.append(np.hstack([np.dot(inverse[:, 1:], self.to_y), np.outer(inverse[:, 0], self.norm)]))
         return _by_orthogonal_factor(np.vstack(parts))
+
+    def _of_rows(self, scaling: Scaling) -> FloatArray:
+        """W⁻¹ (y, w) in the rows, (k, r + p)."""
+        weights = scaling.factor[self.cones.triples :][: self.cones.numbers]
+        return np.hstack([self.rows, self.rows_extra]) / weights[:, None]
 
     def _factors(self, scaling: Scaling) -> FloatArray:
         """Triangular factors, (n, 3 + p, 3 + p), of W⁻¹ (numbers, w) in the discs of every node."""
