@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from math import inf, isfinite, isinf, isnan, nan
+from threading import RLock
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 
 
 WORK_BEYOND = 4e10  # multiplications and additions that a run may take which is proved to slip for ever
+ONE_AT_A_TIME = RLock()  # two threads that want the same long run, for λ_T and for its comparison, make one
 THREE_NUMBERS = "impossible_above", "proved_from_this_state", "proved_from_every_state"
 REFUTED = "round-off decides: its load factor is {:.7g}, although no slip is safe above {:.7g}"
 
@@ -356,12 +358,13 @@ class JointLimits(Result):
         from shakedown.long_term.simulation import simulate  # loads compiled code
 
         key, rough = (load_factor, start.tobytes(), cycles), replace(self.tolerances, slip_change=FOUR_DIGITS)
-        if key not in self._runs:
-            asked = checked_initial_slip(self.problem, self.initial_slip)
-            spent = 0.0 if np.array_equal(start, asked) else self.slip_beyond(load_factor, asked, cycles)[1]
-            with limited_work(max(WORK_BEYOND - spent, 0.25 * WORK_BEYOND)) as limit:
-                found = simulate(self.problem, load_factor, start, cycles=cycles, tolerances=rough)
-            self._runs[key] = found, limit.taken
+        own = checked_initial_slip(self.problem, self.initial_slip)
+        with ONE_AT_A_TIME:
+            if key not in self._runs:
+                spent = 0.0 if np.array_equal(start, own) else self.slip_beyond(load_factor, own, cycles)[1]
+                with limited_work(max(WORK_BEYOND - spent, 0.25 * WORK_BEYOND)) as limit:
+                    found = simulate(self.problem, load_factor, start, cycles=cycles, tolerances=rough)
+                self._runs[key] = found, limit.taken
         return self._runs[key]
 
     @cached_property

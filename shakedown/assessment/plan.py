@@ -26,7 +26,6 @@ UNSAFE, BELOW, BETWEEN, ABOVE = "below λ_lo", "below λ_1", "between", "above �
 PROVED = "below λ_U"  # for a load domain, where λ_1 predicts nothing, and in space, where it does not exist
 IN_ZONE, OUTSIDE = "zone is safe", "zone is not safe"  # between λ_lo and λ_max of a zone, and elsewhere
 NO_ZONE = "no zone is safe"  # all were tried
-WORK_OF_START = 2e9  # multiplications and additions on the way to a random state: half a second
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -192,7 +191,7 @@ def _cases_at(limits: JointLimits, load_factor: float, random_states: int, seed:
     states |= _given_states(problem)
     for k in range(random_states):
         generator = np.random.default_rng([seed, k])
-        with limited_work(WORK_OF_START):
+        with limited_work(2e9):  # multiplications and additions on the way there: half a second
             # within the loads of the loop few joints slip
             states[f"random {k}"] = slip_after_transient(
                 problem, load_factor, generator, overload=2.0, tolerances=limits.tolerances
@@ -257,13 +256,11 @@ def _case(limits: JointLimits, load_factor: float, name: str, state: FloatArray)
 
 def _is_in_ball(limits: JointLimits, load_factor: float, name: str, state: FloatArray) -> bool:
     """Whether a state is proved to shake down: by the largest ball, or (zero, given) by its own."""
-    ball = limits.ball_at(load_factor)
-    if isinstance(ball, Missing):
-        return False
-    if ball.contains(state) or ball.radius == 0 or not name.startswith(("zero", "given")):
-        return bool(ball.contains(state))
-    own = attempt(energy_ball, limits.problem, load_factor, around=state, tolerances=limits.tolerances)
-    return not isinstance(own, Missing) and bool(own.contains(state))
+    ball, own = present(limits.ball_at(load_factor)), name.startswith(("zero", "given"))
+    if own and ball is not None and ball.radius > 0 and not ball.contains(state):
+        found = attempt(energy_ball, limits.problem, load_factor, around=state, tolerances=limits.tolerances)
+        ball = present(found)
+    return ball is not None and bool(ball.contains(state))
 
 
 def _safe_start(limits: JointLimits, load_factor: float) -> dict[str, Any]:
