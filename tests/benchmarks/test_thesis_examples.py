@@ -1,4 +1,4 @@
-"""The corner of chapter VI and its printed numbers, appendix A, and chapter III on meshes small enough for a test.
+"""The corner of chapter VI and its printed numbers, and chapter III on meshes small enough for a test.
 
 The study of chapter III is ``benchmarks.receding``.
 """
@@ -77,27 +77,6 @@ def test_perturbations_are_those_of_the_linear_system(report):
         start = amplitudes @ report.eigenvectors
         velocity = (report.H @ start).real
         assert report.admissible(amplitudes) == bool(velocity[0] > 0 and velocity[1] < 0)
-
-
-@pytest.mark.parametrize(
-    ("name", "outcome"), [("one-node-separation", "separation"), ("one-node-cyclic", "cyclic-slip")]
-)
-def test_melan_fails_above_the_critical_friction(name, outcome):
-    problem = shakedown.example(name)
-    assert problem.f[0] > shakedown.friction_thresholds(problem).single_node[0]
-    cycling, safe = problem.initial_slip
-    assert shakedown.long_term_state(problem, 1.0, cycling).outcome == outcome
-    assert shakedown.long_term_state(problem, 1.0, safe).outcome == "shakedown"
-
-
-def test_separation_and_stick_alternate_without_slip_between_jumps():
-    problem = shakedown.example("one-node-separation")
-    state = shakedown.long_term_state(problem, 1.0, problem.initial_slip[0])
-    assert set(state.history.state[:, 0]) == {0, 2}
-    assert state.slip_per_cycle[0] == 0
-    # by hand: it closes where the apex (−A v, −B v) of the sector is on the path q_w = 1
-    closed = state.history.v[state.history.state[:, 0] == 0]
-    assert np.unique(closed.round(12)) == pytest.approx([-1.0])
 
 
 def test_zones_do_not_change_during_the_first_loading():

@@ -88,9 +88,7 @@ def test_wrong_nodes_are_refused(nodes, message):
 
 
 def test_what_the_body_does_not_hold_cannot_be_open():
-    free = Problem(
-        A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), C=np.eye(2) * 0, f=0.3, q_w=[[0, 0]], p_w=[[1, 1]]
-    )
+    free = free_pair([0.0], C=np.zeros((2, 2)))
     with pytest.raises(UsageError, match="the body holds when open, found 1 free to move"):
         contact_zone(free, [1])
     with pytest.raises(ProblemError, match="key 'C'"):
@@ -211,12 +209,7 @@ def test_what_round_off_leaves_of_a_stiffness_is_no_joint():
 
 def test_rigid_slips_are_those_of_the_parts():
     floating = free_pair([1.0, 1.0])
-    whole = shakedown.Problem(
-        A=block_diag(floating.A, 1e-6 * floating.A),
-        B=np.zeros((4, 4)),
-        f=0.5,
-        q_w=np.ones((2, 4)),
-        p_w=np.ones((2, 4)),
-    )
+    ones, A = np.ones((2, 4)), block_diag(floating.A, 1e-6 * floating.A)
+    whole = Problem(A=A, B=np.zeros((4, 4)), f=0.5, q_w=ones, p_w=ones)
     found = [rigid_slips(part.joint).pinned for part in coupled_parts(whole)]
     assert found == [rigid_slips(floating).pinned] * 2

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joints_in_space import random_joint
+from joints_in_space import random_joint, turned
 
 import shakedown
 from shakedown import UsageError, averaged
@@ -98,13 +98,9 @@ def test_half_as_many_knots_each_way_are_a_coarser_joint_in_any_unit(unit):
 def test_slips_are_carried_along_where_the_tangents_turn():
     joint = on_places(GRID)
     angle = np.random.default_rng(2).uniform(0, 6, joint.n)
-    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]).transpose(2, 0, 1)
-    flat = np.pad(np.broadcast_to(np.eye(2), (joint.n, 2, 2)), ((0, 0), (0, 0), (0, 1)))
-    T = np.zeros((2 * joint.n, 2 * joint.n))
-    for i in range(joint.n):
-        T[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = turn[i]
-    turned = replace(joint, tangents=turn @ flat, A=T @ joint.A @ T.T, B=joint.B @ T.T, q_w=joint.q_w @ T.T)
-    one, other = (shakedown.upper_bound(averaged(each, 2.0)) for each in (joint, turned))
+    same, T = turned(joint, angle)
+    same = replace(same, tangents=(T @ np.tile(np.eye(2, 3), (joint.n, 1))).reshape(-1, 2, 3))
+    one, other = (shakedown.upper_bound(averaged(each, 2.0)) for each in (joint, same))
     assert one.load_factor == pytest.approx(other.load_factor, rel=1e-7)
 
 
@@ -133,12 +129,18 @@ def test_a_joint_has_to_know_where_its_nodes_are():
     assert coarsened(on_places(np.repeat(GRID, 2, axis=0)[:12])) is None
 
 
+def on_a_circle(angle, **more):
+    """A joint in the plane that says of its nodes where they are, and nothing else of interest."""
+    n, places = len(angle), np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    ones = np.ones((2, n))
+    return shakedown.Problem(
+        A=np.eye(n), B=np.zeros((n, n)), f=0.3, q_w=ones, p_w=ones, coordinates=places, **more
+    )
+
+
 def test_a_ring_has_no_end_and_its_hats_go_around():
     angle, side = 2 * np.pi * np.arange(12) / 12, 2 * np.sin(np.pi / 12)
-    joint = shakedown.Problem(
-        A=np.eye(12), B=np.zeros((12, 12)), f=0.3, q_w=np.ones((2, 12)), p_w=np.ones((2, 12)), x=side * np.arange(12),
-        coordinates=np.column_stack([np.cos(angle), np.sin(angle), 0 * angle]),
-    )  # fmt: skip
+    joint = on_a_circle(angle, x=side * np.arange(12))
     surface = surface_of(joint)
     assert not surface.edge.any()
     assert averaged(joint, 2 * side).n == coarsened(joint).n == 6
@@ -149,13 +151,9 @@ def test_a_ring_has_no_end_and_its_hats_go_around():
 def test_an_uneven_ring_is_one_whose_areas_go_around():
     """Without what lies between its last node and its first it is an arc with two ends."""
     angle = 2 * np.pi * np.cumsum([0.0, 0.02, 0.05, 0.1, 0.12, 0.09, 0.08, 0.12, 0.15, 0.14, 0.1])
-    places = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
-    steps = np.linalg.norm(np.roll(places, -1, axis=0) - places, axis=1)  # from each node to the next
+    steps = 2 * np.sin(np.diff(angle, append=2 * np.pi) / 2)  # chords, from each node to the next
     area = 0.3 * (steps + np.roll(steps, 1)) / 2
-    joint = shakedown.Problem(
-        A=np.eye(11), B=np.zeros((11, 11)), f=0.3, q_w=np.ones((1, 11)), p_w=np.ones((1, 11)), coordinates=places,
-        x=np.append(0.0, np.cumsum(steps)[:-1]), node_area=area,
-    )  # fmt: skip
+    joint = on_a_circle(angle, x=np.append(0.0, np.cumsum(steps)[:-1]), node_area=area)
     surface = surface_of(joint)
     assert not surface.edge.any()
     np.testing.assert_allclose(surface.spacing, np.minimum(steps, np.roll(steps, 1)), rtol=1e-12)

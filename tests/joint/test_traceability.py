@@ -1,6 +1,5 @@
 """What leads from a joint back to its model, and what its loads are: kept, checked, taken along, said in words."""
 
-import dataclasses
 import json
 from dataclasses import replace
 from fractions import Fraction
@@ -16,6 +15,8 @@ from shakedown.joint.units import LoadUnit, load_units, loads_in_words, units_at
 from shakedown.report.data_facts import headline, joint_facts
 from shakedown.studies.design_point import with_parameter
 
+JOINT = shakedown.example("two-node")
+DOMAIN = replace(JOINT, load_path="domain")
 SOURCE = json.dumps(
     {"command": "shakedown-bounds import c.toml", "files": [{"name": "k.mtx", "sha256": "0" * 64}]}
 )
@@ -36,13 +37,16 @@ def traced(**changes) -> Problem:
         "source": SOURCE,
         "x": [0.0, 2.0],
     }
-    return dataclasses.replace(shakedown.example("two-node"), **(more | changes))
+    return replace(JOINT, **(more | changes))
 
 
 def test_a_file_without_a_source_has_no_key_that_earlier_versions_refuse(tmp_path):
-    save_problem(tmp_path / "p.npz", shakedown.example("two-node"))
+    save_problem(tmp_path / "p.npz", JOINT)
+    newer = {"source", "label", "node_area", "load_names", "load_mean", "load_units", "load_path"}
     with np.load(tmp_path / "p.npz", allow_pickle=False) as file:
-        assert not {"source", "label", "node_area", "load_names", "load_mean", "load_units"} & set(file.files)
+        assert not newer & set(file.files)
+    assert (JOINT.load_path, JOINT.is_domain) == ("loop", False)
+    assert "load_path" not in JOINT.to_dict()
 
 
 DAMAGED = {
@@ -104,23 +108,11 @@ def test_a_factor_on_the_loading_is_one_on_the_loads():
 
 @pytest.mark.parametrize("key", ["label", "coordinates", "node_area", "load_units", "source", "x"])
 def test_equality_sees_every_field_and_never_raises(key):
-    other = dataclasses.replace(traced(), **{key: "" if key == "source" else None})
+    other = replace(traced(), **{key: "" if key == "source" else None})
     assert traced() == traced()
     assert traced() != other
     assert other != traced()
     assert traced() != "two-node"
-
-
-JOINT = shakedown.example("two-node")
-DOMAIN = replace(JOINT, load_path="domain")
-
-
-def test_a_loop_is_the_default_and_leaves_no_key(tmp_path):
-    assert (JOINT.load_path, JOINT.is_domain) == ("loop", False)
-    save_problem(tmp_path / "loop.npz", JOINT)
-    with np.load(tmp_path / "loop.npz") as file:
-        assert "load_path" not in file.files
-    assert "load_path" not in JOINT.to_dict()
 
 
 def test_round_off_of_the_mean_of_a_constant_load_is_no_load():
@@ -158,7 +150,7 @@ def test_loads_with_ranges_make_a_domain_and_histories_a_loop():
 
 def joint(names, means, amplitudes, units=None):
     loads = {"load_names": names, "load_mean": means, "load_amplitude": amplitudes, "load_units": units}
-    return dataclasses.replace(shakedown.example("two-node"), **loads)
+    return replace(JOINT, **loads)
 
 
 AXIAL = joint(["bolt preload", "axial load"], [12, 20], [0, 20], ["kN", "kN"])
@@ -210,7 +202,7 @@ def test_rounded_numbers_stay_on_the_safe_side():
     ],
 )
 def test_a_pascal_has_its_prefix_where_there_is_one(units, stress):
-    assert units_of(dataclasses.replace(shakedown.example("two-node"), units=units)).stress == stress
+    assert units_of(replace(JOINT, units=units)).stress == stress
 
 
 def test_numbers_are_written_without_exponents():
@@ -222,57 +214,28 @@ def test_numbers_are_written_without_exponents():
 @pytest.mark.parametrize("load_factor", [0.0, 1.0, 2.5])
 def test_units_of_each_load_make_the_loads_at_every_load_factor(load_factor):
     """With means of its own, and a load that does not reach the contact."""
-    unit, history = (
-        [[1.0, 2.0, 0.5, 0.0], [0.0, -1.0, 3.0, 4.0], [0.0] * 4],
-        [[1.0, 0, 5], [2, -1, 5], [0, 4, 5]],
-    )
-    welded, mean = (
-        np.array(history) @ unit,
-        np.array([0.3, 0.7, -0.2, 4.0]) @ np.linalg.pinv(unit[:2]) @ unit[:2],
-    )
-    blocks = {
-        "A": 2 * np.eye(2),
-        "B": np.zeros((2, 2)),
-        "f": 0.5,
-        "load_reactions": unit,
-        "load_history": history,
-    }
+    unit = [[1.0, 2.0, 0.5, 0.0], [0.0, -1.0, 3.0, 4.0], [0.0] * 4]
+    history = [[1.0, 0, 5], [2, -1, 5], [0, 4, 5]]
+    welded = np.array(history) @ unit
+    mean = np.array([0.3, 0.7, -0.2, 4.0]) @ np.linalg.pinv(unit[:2]) @ unit[:2]
     loads = {"q_w": welded[:, :2], "p_w": welded[:, 2:], "q_mean": mean[:2], "p_mean": mean[2:]}
-    joint = Problem(**blocks, **loads)
+    acting = {"load_reactions": unit, "load_history": history}
+    joint = Problem(A=2 * np.eye(2), B=np.zeros((2, 2)), f=0.5, **loads, **acting)
     q, p = loading(joint).at(load_factor)
     np.testing.assert_allclose(units_at(joint, load_factor) @ unit, np.hstack([q, p]), atol=1e-13)
 
 
 def test_a_load_that_is_never_there_has_no_unit_of_its_own():
-    blocks = {
-        "A": [[2.0]],
-        "B": [[0.0]],
-        "f": 0.5,
-        "q_w": [[1.0], [-1.0]],
-        "p_w": [[3.0], [3.0]],
-        "units": "N, mm",
-    }
-    loads = {
-        "load_names": ["push", "heat"],
-        "load_mean": [0.0, 0.0],
-        "load_amplitude": [3.0, 5.0],
-        "load_units": ["kN", "K"],
-    }
+    one = Problem(A=[[2.0]], B=[[0.0]], f=0.5, q_w=[[1.0], [-1.0]], p_w=[[3.0], [3.0]], units="N, mm")
+    said = {"load_mean": [0.0, 0.0], "load_amplitude": [3.0, 5.0], "load_units": ["kN", "K"]}
     acting = {"load_reactions": [[1.0, 0.0], [1.0, 1.0]], "load_history": [[1.0, 0.0], [-1.0, 0.0]]}
-    push, heat = load_units(Problem(**blocks, **loads, **acting))
+    push, heat = load_units(replace(one, load_names=["push", "heat"], **said, **acting))
     assert (push.size, push.load, heat) == (3000.0, "N", LoadUnit())
-
-
-def test_a_joint_that_does_not_say_its_loads_has_no_words():
-    assert loads_in_words(shakedown.example("two-node")) == ""
-    assert (
-        loads_in_words(dataclasses.replace(AXIAL, load_mean=None, load_amplitude=None, load_units=None)) == ""
-    )
 
 
 def test_the_report_says_the_loads_where_they_are_known():
     assert "loads at λ = 1: axial load 20 ± 20 kN; bolt preload 12 kN, unchanged" in headline(AXIAL)
-    bare = dataclasses.replace(AXIAL, load_mean=None, load_amplitude=None, load_units=None)
-    assert [each.shown for each in joint_facts(bare) if each.label == "load cases"] == [
-        "bolt preload, axial load"
-    ]
+    bare = replace(AXIAL, load_mean=None, load_amplitude=None, load_units=None)
+    assert loads_in_words(bare) == loads_in_words(JOINT) == ""
+    (cases,) = [each.shown for each in joint_facts(bare) if each.label == "load cases"]
+    assert cases == "bolt preload, axial load"

@@ -86,9 +86,10 @@ def test_a_joint_whose_moving_nodes_nothing_holds_is_undecided():
     assert "moving nodes are not held" in one.reason
     assert again.reason == one.reason
     assert shakedown.long_term_states(joint, 1.0, [[0.0], [1.0]]).outcome.tolist() == ["undecided"] * 2
-    run = shakedown.simulate(joint, 1.0)
+    run = shakedown.simulate(joint, 1.0, record=True)
     assert run.outcome == "undecided"
     assert not run.cycles.records
+    assert not len(run.history)
     runs = shakedown.verify(joint).runs
     assert runs
     assert all(run.simulation.outcome == "undecided" for run in runs)

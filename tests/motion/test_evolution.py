@@ -159,14 +159,6 @@ def test_a_path_run_backwards_breaks_the_law():
     assert broken[1] > 0.01
 
 
-def test_a_motion_that_cannot_begin_has_an_empty_path():
-    joint = shakedown.Problem(A=[[0.0]], B=[[0.0]], f=0.0, q_w=[[1.0], [-1.0]], p_w=[[1.0], [1.0]])
-    run = evolve(joint, 1.0, cycles=2)
-    assert run.stop is not None
-    assert not run.cycles
-    assert not len(run.history)
-
-
 SCENES = [("two-node", 0.8), ("two-node", 1.5), ("three-node", 2.6), ("block-9", 5.0), ("uncoupled", 1.5)]
 
 
