@@ -44,13 +44,17 @@ def test_cited_thresholds_of_the_jump():
     assert lost_by(problem, (1,), (0,))[0] == pytest.approx(0.36929, abs=5e-6)
 
 
+def unloaded(A, B, C=None, f=0.3):
+    """A joint whose loads do not matter."""
+    n = len(A)
+    return Problem(A=A, B=B, C=C, f=f, q_w=np.zeros((1, n)), p_w=np.ones((1, n)))
+
+
 def random_stiffness(rng, n, normal=1.0):
     """A joint in which a unit of the gap is so many of the slip."""
     G = rng.normal(size=(2 * n, 2 * n)) * np.repeat([1.0, normal], n)[:, None]
     kappa = G @ G.T / (2 * n) + 0.3 * np.diag(np.repeat([1.0, normal**2], n))
-    return shakedown.Problem(
-        A=kappa[:n, :n], B=kappa[n:, :n], C=kappa[n:, n:], f=0.3, q_w=np.zeros((1, n)), p_w=np.ones((1, n))
-    )
+    return unloaded(kappa[:n, :n], kappa[n:, :n], kappa[n:, n:])
 
 
 def all_minors_positive(problem, f, separated=()):
@@ -109,11 +113,12 @@ def test_block_gets_an_interval():
 
 def test_individual_coefficients_give_a_common_factor():
     problem = shakedown.example("two-node")
-    values = {key: getattr(problem, key) for key in ("A", "B", "C", "q_w", "p_w")}
-    limits = shakedown.friction_thresholds(shakedown.Problem(f=[0.35, 0.7], **values))
-    halved = shakedown.friction_thresholds(shakedown.Problem(f=[0.175, 0.35], **values))
+    limits, halved, alike = (
+        shakedown.friction_thresholds(replace(problem, f=f))
+        for f in ([0.35, 0.7], [0.175, 0.35], [0.3, 3 * 0.1])
+    )
     assert limits.factor
-    assert not shakedown.friction_thresholds(shakedown.Problem(f=[0.3, 3 * 0.1], **values)).factor
+    assert not alike.factor
     assert limits.single_node == pytest.approx([0.7608, 2.0225], abs=5e-5)
     assert halved.uniqueness.value == pytest.approx(2 * limits.uniqueness.value)
     assert halved.wedging.value == pytest.approx(2 * limits.wedging.value)
@@ -153,20 +158,13 @@ def sparse_joint(seed: int) -> Problem:
         root = rng.integers(-2, 3, (2 * n, max(1, n - 1))).astype(float)
         kappa = root @ root.T
         A, B = kappa[:n, :n], kappa[n:, :n]
-    return Problem(A=A, B=B, f=0.3, q_w=np.zeros((1, n)), p_w=np.ones((1, n)))
+    return unloaded(A, B)
 
 
 def test_the_smallest_hard_case_ends_at_once() -> None:
     """Only v = (1, 0) is wedged at f = 4, and node 1 is idle there."""
-    problem = Problem(
-        A=4 * np.eye(2),
-        B=[[1.0, -1.0], [0.0, 1.0]],
-        C=4 * np.eye(2),
-        f=0.3,
-        q_w=[[1.0, 0.0], [-1.0, 0.0]],
-        p_w=np.full((2, 2), 3.0),
-    )
-    wedged = shakedown.friction_thresholds(problem).wedging
+    hard = unloaded(4 * np.eye(2), [[1.0, -1.0], [0.0, 1.0]], 4 * np.eye(2))
+    wedged = shakedown.friction_thresholds(hard).wedging
     assert wedged.value == pytest.approx(4.0, rel=1e-8)
     assert wedged.programs <= PROGRAMS
 
@@ -200,8 +198,7 @@ def test_a_node_whose_pressure_no_slip_changes_bears_none() -> None:
     angles = np.linspace(0.0, 2 * np.pi, 200_001)
     q, p = (matrix[:2] @ plane.T @ [np.cos(angles), np.sin(angles)] for matrix in (A, B))
     needed = np.max(np.abs(q) / np.where(p > 0, p, np.nan), axis=0)
-    problem = Problem(A=A, B=B, f=0.3, q_w=np.zeros((1, 3)), p_w=np.ones((1, 3)))
-    wedged = shakedown.friction_thresholds(problem).wedging
+    wedged = shakedown.friction_thresholds(unloaded(A, B)).wedging
     assert wedged.value == pytest.approx(np.nanmin(needed), rel=1e-4)
     assert not wedged.reason
 
@@ -216,11 +213,8 @@ def test_many_nodes_are_not_searched_and_say_so() -> None:
 
 def test_coupling_of_the_size_of_round_off_is_none() -> None:
     """A condensation leaves 1e-16 where symmetry has 0."""
-    A = 2 * np.eye(2) + 0.5
-    problem = Problem(
-        A=A, B=[[1e-16, -3e-16], [0.0, 2e-16]], f=0.3, q_w=np.zeros((1, 2)), p_w=np.ones((1, 2))
-    )
-    limits = shakedown.friction_thresholds(problem)
+    joint = unloaded(2 * np.eye(2) + 0.5, [[1e-16, -3e-16], [0.0, 2e-16]])
+    limits = shakedown.friction_thresholds(joint)
     assert np.all(np.isinf(limits.single_node))
     assert np.isinf(limits.uniqueness_in_contact.value)
     assert np.isinf(limits.wedging.value)
@@ -233,8 +227,7 @@ def integer_joint(seed: int) -> Problem:
     off = np.triu(rng.integers(-1, 2, (n, n)), 1)
     A = off + off.T + 4.0 * np.eye(n)
     B = rng.integers(-1, 2, (n, n)) * (rng.random((n, n)) < 0.6)
-    f = rng.choice([0.25, 0.5, 1.0, 2.0, 4.0])
-    return Problem(A=A, B=B, f=f, q_w=np.zeros((1, n)), p_w=np.ones((1, n)))
+    return unloaded(A, B, f=rng.choice([0.25, 0.5, 1.0, 2.0, 4.0]))
 
 
 @pytest.mark.parametrize("block", range(2))
@@ -260,20 +253,17 @@ def test_energy_proves_what_dominance_cannot(seed: int) -> None:
     rng = np.random.default_rng(seed)
     root = rng.normal(size=(60, 60))
     kappa = root @ root.T / 60 + 0.3 * np.eye(60)
-    dense = Problem(A=kappa[:30, :30], B=kappa[30:, :30], f=0.1, q_w=np.zeros((1, 30)), p_w=np.ones((1, 30)))
+    dense = unloaded(kappa[:30, :30], kappa[30:, :30], f=0.1)
     assert coupling(dense).ratio > 1
     assert unique_in_contact(dense).argument == "every motion stores more energy than friction can feed it"
 
 
 def test_friction_at_the_threshold_counts_as_above() -> None:
-    problem = Problem(A=[[2.0]], B=[[1.0]], f=2.0, q_w=[[0.0]], p_w=[[1.0]])
+    problem, rough = unloaded([[2.0]], [[1.0]], f=2.0), shakedown.Tolerances(feasibility=0.2)
     assert unique_in_contact(problem).unique is False
     assert unique_in_contact(replace(problem, f=2.0 * (1 - 1e-8))).unique is True
-    assert unique_in_contact(problem, tolerances=shakedown.Tolerances(feasibility=0.2)).unique is False
-    assert (
-        unique_in_contact(replace(problem, f=1.8), tolerances=shakedown.Tolerances(feasibility=0.2)).unique
-        is False
-    )
+    assert unique_in_contact(problem, tolerances=rough).unique is False
+    assert unique_in_contact(replace(problem, f=1.8), tolerances=rough).unique is False
 
 
 def test_a_double_root_ends_uniqueness() -> None:
@@ -281,7 +271,6 @@ def test_a_double_root_ends_uniqueness() -> None:
     c, s = np.cos(0.7), np.sin(0.7)
     turn = np.array([[c, -s], [s, c]])
     B = turn @ np.array([[-0.5, 1.0], [0.0, -0.5]]) @ turn.T
-    problem = Problem(A=np.eye(2), B=B, f=1.0, q_w=np.zeros((1, 2)), p_w=np.ones((1, 2)))
-    stiffness = scaled_stiffness(problem, np.ones(2), shakedown.Tolerances())
+    stiffness = scaled(unloaded(np.eye(2), B, f=1.0))
     same = first_loss(stiffness, [(0, 1)])
     assert same.factor / stiffness.friction_unit <= 2.0 * (1 + 1e-6)

@@ -52,10 +52,8 @@ def test_no_slip_is_safe_where_a_node_without_friction_is_drawn_to_and_fro(d):
 @pytest.mark.parametrize("d", [1, 2])
 def test_round_off_of_the_loads_draws_no_node_to_and_fro(d, size):
     joint, rng = two_nodes(d, swing=0.5), np.random.default_rng(d)
-    noisy = replace(
-        joint,
-        **{k: v + size * rng.uniform(-1, 1, v.shape) for k, v in (("q_w", joint.q_w), ("p_w", joint.p_w))},
-    )
+    q_w, p_w = (loads + size * rng.uniform(-1, 1, loads.shape) for loads in (joint.q_w, joint.p_w))
+    noisy = replace(joint, q_w=q_w, p_w=p_w)
     for bound in (shakedown.upper_bound, shakedown.universal_bound, shakedown.energy_bound):
         assert bound(noisy).load_factor == pytest.approx(bound(joint).load_factor, rel=1e-12, nan_ok=True)
     assert shakedown.upper_bound(noisy).certified == pytest.approx((2.0, 2.0), rel=1e-12)
@@ -72,7 +70,7 @@ def test_the_motion_agrees_in_the_plane_and_in_space(d, swing, outcome):
 @pytest.mark.parametrize("d", [1, 2])
 def test_without_a_closed_state_there_is_no_bound(d):
     joint = two_nodes(d)
-    pulled = Problem(A=joint.A, B=joint.B, C=joint.C, f=joint.f, q_w=joint.q_w, p_w=joint.p_w - [0.0, 1.5])
+    pulled = replace(joint, p_w=joint.p_w - [0.0, 1.5])
     upper = shakedown.upper_bound(pulled, open_nodes=())
     assert (upper.status, upper.exact) == (Status.INFEASIBLE, True)
     if d == 1:
@@ -153,9 +151,7 @@ def test_a_node_without_friction_that_is_loaded_and_pulled_has_no_safe_slip():
     joint = two_nodes(2)
     q_w = joint.q_w.copy()
     q_w[:, 2] = q_w[:, 0]
-    pulled = Problem(
-        A=joint.A, B=joint.B, C=joint.C, f=joint.f, q_w=q_w, p_w=joint.p_w - [0.0, 1.5]
-    )  # fmt: skip
+    pulled = replace(joint, q_w=q_w, p_w=joint.p_w - [0.0, 1.5])
     assert shakedown.upper_bound(pulled).status == Status.INFEASIBLE
     assert shakedown.safe_slip(pulled, 0.0).status == Status.INFEASIBLE
     lifted = shakedown.upper_bound(pulled, open_nodes="auto")

@@ -51,14 +51,8 @@ def test_a_closed_node_that_moves_with_open_ones_alone_is_pinned():
         load[:, free] -= kappa[np.ix_(free, free)] @ [0.0, 0.0, 1e3 / unit, 1e3 / unit]  # the mean gaps
         left = kappa[np.ix_(held, free)] @ flexibility
         load[:, held] += load[:, free].mean(axis=0) @ left.T + [0.0, 10.0]
-        joint = shakedown.Problem(
-            A=kappa[:3, :3],
-            B=kappa[3:, :3],
-            C=kappa[3:, 3:],
-            f=0.5,
-            q_w=load[:, :3],
-            p_w=load[:, 3:],
-        )
+        blocks = {"A": kappa[:3, :3], "B": kappa[3:, :3], "C": kappa[3:, 3:]}
+        joint = shakedown.Problem(**blocks, f=0.5, q_w=load[:, :3], p_w=load[:, 3:])
         q, p = (load[:, held] - load[:, free] @ left.T - [0.0, 10.0]).T
         exact = 5.0 / np.maximum(q - 0.5 * p, -q - 0.5 * p).max()  # Coulomb's law of one node, no slip in it
         found = upper_bound(joint, open_nodes=open_nodes)

@@ -56,6 +56,11 @@ PUSHED_ON = Problem(  # slip of the first node lowers its own limit by more than
 )
 
 
+def on_springs(springs, B, **more):
+    """A joint whose nodes springs (n, n) connect and friction alone holds."""
+    return Problem(A=np.diag(springs.sum(axis=1)) - springs, B=B - np.diag(B.sum(axis=1)), **more)
+
+
 def drawn(seed, *, coupled=True):
     """A random monotone joint with one rigid slip."""
     rng = np.random.default_rng(seed)
@@ -65,15 +70,8 @@ def drawn(seed, *, coupled=True):
     f = rng.uniform(0.2, 0.8, n)
     B = rng.uniform(-0.9, 0.9, (n, n)) * springs / f[:, None] * coupled
     q0, p0 = 0.2 * rng.normal(size=n), rng.uniform(2, 4, n)
-    return Problem(
-        A=np.diag(springs.sum(axis=1)) - springs,
-        B=B - np.diag(B.sum(axis=1)),
-        f=f,
-        q_w=q0 + rng.normal(size=(m, n)),
-        p_w=p0 + 0.3 * rng.normal(size=(m, n)),
-        q_mean=q0,
-        p_mean=p0,
-    )
+    loads = {"q_w": q0 + rng.normal(size=(m, n)), "p_w": p0 + 0.3 * rng.normal(size=(m, n))}
+    return on_springs(springs, B, f=f, q_mean=q0, p_mean=p0, **loads)
 
 
 def test_a_joint_that_is_held_never_creeps():
@@ -255,13 +253,7 @@ def test_a_node_is_held_below_the_bound_of_this_state():
     rng = np.random.default_rng(0)
     springs = np.array([[0, 1, 0.5], [1, 0, 1], [0.5, 1, 0]])
     B = rng.normal(scale=1.2, size=(3, 3))
-    joint = Problem(
-        A=np.diag(springs.sum(axis=1)) - springs,
-        B=B - np.diag(B.sum(axis=1)),
-        f=0.6,
-        q_w=rng.normal(size=(4, 3)),
-        p_w=np.full((4, 3), 5.0),
-    )
+    joint = on_springs(springs, B, f=0.6, q_w=rng.normal(size=(4, 3)), p_w=np.full((4, 3), 5.0))
     (body,) = sliding_bodies(joint)
     assert not all(body.monotone)
     held, box = body.held_bound(np.zeros(3))

@@ -192,12 +192,9 @@ def test_the_whole_joint_does_in_a_period_what_its_parts_do(kind):
 def test_periods_of_parts_are_brought_in_step(ahead):
     """Two joints that repeat every other cycle: which of the two cycles each is in, plain cycles tell."""
     parts, starts = [], []
-    for a, fB, impulses, load_factor, start in FAMILY:
-        joint = member(a, fB, impulses)
-        parts.append(Problem(
-            A=joint.A, B=joint.B, f=joint.f, q_w=load_factor * joint.q_w, p_w=joint.p_w, q_mean=joint.q_mean,
-            p_mean=joint.p_mean,
-        ))  # fmt: skip
+    for *data, load_factor, start in FAMILY:
+        joint = member(*data)
+        parts.append(replace(joint, q_w=load_factor * joint.q_w))
         starts.append(start)
     second = Evolution(parts[1], 1.0, starts[1])
     second.advance(ahead)
