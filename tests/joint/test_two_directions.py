@@ -10,11 +10,7 @@ from public_names import public
 
 import shakedown
 from shakedown import Problem, ProblemError, UsageError, load_problem, plot, save_problem
-from shakedown.joint.constraints import (
-    constraints,
-    loading,
-    through_transient,
-)
+from shakedown.joint.constraints import constraints, loading, through_transient
 from shakedown.joint.places import split_face
 from shakedown.motion.evolution import evolve
 from shakedown.studies.design_point import with_parameter
