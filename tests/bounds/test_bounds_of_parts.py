@@ -52,9 +52,8 @@ def test_units_of_one_part_change_no_limit_of_the_joint(decades):
     lower, alone = (shakedown.lower_bound(each) for each in (whole, joint))
     assert lower.load_factor == pytest.approx(alone.load_factor, rel=1e-9)
     assert lower.guarantee == alone.guarantee
-    assert shakedown.accumulated_bound(whole).load_factor == pytest.approx(
-        shakedown.accumulated_bound(joint).load_factor, rel=1e-6
-    )
+    total, own = (shakedown.accumulated_bound(each).load_factor for each in (whole, joint))
+    assert total == pytest.approx(own, rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -82,23 +81,18 @@ def test_couplings_of_round_off_are_none(kind, number):
     """Of nodes in any order, in parts of different units: no limit nor friction threshold depends on them."""
     whole, rng = joined(pair(kind, number, 4)), np.random.default_rng(number)
     whole = other_labels(whole, rng)
-    own = (
-        np.sqrt(np.diag(whole.A)),
-        np.sqrt(np.diag(whole.A)[:: whole.directions] if whole.C is None else np.diag(whole.C)),
-    )
+    slips = np.sqrt(np.diag(whole.A))  # in units of which the stiffness of each is one
+    gaps = slips[:: whole.directions] if whole.C is None else np.sqrt(np.diag(whole.C))
 
     def noisy(matrix, rows, columns):
-        return matrix + 1e-15 * rng.uniform(-1.0, 1.0, matrix.shape) * np.outer(rows, columns) * (
-            matrix == 0.0
-        )
+        noise = 1e-15 * rng.uniform(-1.0, 1.0, matrix.shape) * np.outer(rows, columns)
+        return matrix + noise * (matrix == 0.0)
 
-    A, C = noisy(whole.A, own[0], own[0]), None if whole.C is None else noisy(whole.C, own[1], own[1])
-    found = replace(
-        whole, A=(A + A.T) / 2, B=noisy(whole.B, own[1], own[0]), C=None if C is None else (C + C.T) / 2
-    )
-    assert [part.nodes.tolist() for part in coupled_parts(found)] == [
-        part.nodes.tolist() for part in coupled_parts(whole)
-    ]
+    A, C = noisy(whole.A, slips, slips), None if whole.C is None else noisy(whole.C, gaps, gaps)
+    C = None if C is None else (C + C.T) / 2
+    found = replace(whole, A=(A + A.T) / 2, B=noisy(whole.B, gaps, slips), C=C)
+    parts, known = ([part.nodes.tolist() for part in coupled_parts(each)] for each in (found, whole))
+    assert parts == known
     for name in LIMITS:
         assert limit(name, found) == pytest.approx(limit(name, whole), rel=1e-9)
     if kind == "plane":

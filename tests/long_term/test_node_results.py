@@ -239,14 +239,8 @@ def test_a_limit_on_the_slip():
 def test_a_node_that_stays_open():
     """It does not slip in contact, and the others are as without it."""
     alone = circling()
-    problem = Problem(
-        A=2 * np.eye(4),
-        B=np.zeros((2, 4)),
-        C=np.eye(2),
-        f=0.5,
-        q_w=np.hstack([alone.q_w, 0.1 * alone.q_w]),
-        p_w=np.hstack([alone.p_w, -alone.p_w]),
-    )
+    q_w, p_w = np.hstack([alone.q_w, 0.1 * alone.q_w]), np.hstack([alone.p_w, -alone.p_w])
+    problem = Problem(A=2 * np.eye(4), B=np.zeros((2, 4)), C=np.eye(2), f=0.5, q_w=q_w, p_w=p_w)
     nodes = shakedown.node_results(shakedown.long_term_state(problem, 1.0))
     assert nodes.status == ("slip", "open")
     assert nodes.slip_range[0] == pytest.approx(np.sqrt(1.3**2 - 0.5**2), rel=1e-4)
