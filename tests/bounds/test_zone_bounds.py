@@ -55,12 +55,9 @@ def test_a_closed_node_that_moves_with_open_ones_alone_is_pinned():
         joint = shakedown.Problem(**blocks, f=0.5, q_w=load[:, :3], p_w=load[:, 3:])
         q, p = (load[:, held] - load[:, free] @ left.T - [0.0, 10.0]).T
         exact = 5.0 / np.maximum(q - 0.5 * p, -q - 0.5 * p).max()  # Coulomb's law of one node, no slip in it
-        found = upper_bound(joint, open_nodes=open_nodes)
-        assert found.pinned == (1,)
-        assert found.load_factor == pytest.approx(exact, rel=1e-8)
-        assert shakedown.energy_bound(joint, open_nodes=open_nodes).load_factor == pytest.approx(
-            exact, rel=1e-8
-        )
+        upper, energy = (each(joint, open_nodes=open_nodes) for each in (upper_bound, shakedown.energy_bound))
+        assert upper.pinned == (1,)
+        assert [upper.load_factor, energy.load_factor] == pytest.approx([exact, exact], rel=1e-8)
 
 
 def test_of_many_nodes_in_space_those_next_to_opening_or_closing_are_tried():

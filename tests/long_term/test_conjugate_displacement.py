@@ -64,12 +64,8 @@ def test_a_load_moves_as_in_the_whole_model(d):
     size, contact = len(K), (d + 1) * 2
     t = np.array([state.history.cycle[-1] - 0.21])
     at = state.history.at(t)
-    c = np.array(
-        [
-            np.interp(t % 1.0, np.arange(STEPS + 1) / STEPS, np.append(h, h[0]))[0]
-            for h in joint.load_history.T
-        ]
-    )
+    times, period = np.arange(STEPS + 1) / STEPS, np.vstack([joint.load_history, joint.load_history[:1]])
+    c = np.array([np.interp(t % 1.0, times, history)[0] for history in period.T])
     dofs = [(i, k) for i in (1, 2) for k in range(1, d + 2)]
     frame = condensed_stiffness(
         K[:contact, :contact], dofs, [1, 2], np.eye(d + 1)[d], allow_sparse=True
