@@ -127,9 +127,10 @@ def followed(limits: JointLimits) -> Fact:
     if not limit or limit.at_proved is None:
         why = limit.reason if isinstance(limit, Missing) else "no cycle followed is proved"
         return Fact("followed", "no proof", note=why)
-    after = count(limit.followed["cycles"], "cycle")
+    cycles = limit.followed["cycles"]
+    when = f"after {count(cycles, 'cycle')}" if cycles else "from the start on"
     at = f"λ = {number(limit.proved, rounding='down')}"
-    return Fact("followed", at, note=f"proved for this λ only, after {after}")
+    return Fact("followed", at, note=f"proved for this λ only, {when}")
 
 
 def _opened(nodes: tuple[int, ...]) -> str:
