@@ -1,4 +1,4 @@
-"""Solid bodies, and meshes that do not match: patch test, independent elements, bolts, rigid boundaries, symmetry."""
+"""Solid bodies, meshes that do not match, bolts, rigid boundaries, symmetry; modes with the contact stuck, modal loads."""
 
 import json
 
@@ -7,9 +7,11 @@ import pytest
 import solids
 import writers
 from calculix import ccx, needs_ccx
+from scipy.linalg import eigh
 
+import shakedown
 from benchmarks.bodies.lap_joint import lap_joint
-from shakedown import ProblemError, UsageError, import_model
+from shakedown import ProblemError, ShakedownError, damping, import_model
 from shakedown.fem import (
     Bolt,
     ElasticBody,
@@ -22,7 +24,9 @@ from shakedown.fem import (
     brick_mesh,
     contact_condensation,
     contact_problem,
+    modal_load,
 )
+from shakedown.fem.loads import mass_of
 from shakedown.joint.places import faces_among
 from shakedown.models.condensation.condense import condensed_stiffness
 
@@ -209,24 +213,6 @@ def test_the_lap_joint_carries_its_load_and_is_pressed_alike_on_both_sides():
     np.testing.assert_allclose(pressed[across], pressed, rtol=1e-7)
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: block(thickness=2.0), "expected of a plane body only, found a solid one"),
-        (lambda: block(rigid=["lid"]), "boundary 'lid': not in the mesh"),
-        (lambda: contact_problem(block(rigid=["bottom"]), "bottom", 0.4), "'bottom': expected free nodes, found node 0 in contact"),
-        (lambda: contact_problem(block(rigid=["right"]), "bottom", 0.4), r"'right': expected free nodes, found node \d+ in contact"),
-        (lambda: contact_problem(block(loads=[Force("top", (1.0, 2.0), history=1.0)]), "bottom", 0.4), "Force: expected one component for each of 3 directions, found 2"),
-        (lambda: Bolt(head="top", stiffness=-1.0), "Bolt: expected a finite preload and a stiffness >= 0"),
-        (lambda: brick_mesh((1.0, 1.0, 0.0), (1, 1, 1)), "block: expected finite sides > 0"),
-        (lambda: contact_problem(block(), "bottom", 0.4, against=(ElasticBody(block_mesh(2.0, 1.0, 3, 2), STEEL), "top")), "expected two plane bodies or two solid ones"),
-    ],
-)  # fmt: skip
-def test_one_thing_wrong_is_named(make, message):
-    with pytest.raises(ProblemError, match=message):
-        make()
-
-
 PRESS = [Pressure("top", 3.0, history=1.0)]
 
 
@@ -260,10 +246,15 @@ BODIES = {
 }
 
 
+def mortar(name, **more):
+    upper, lower = BODIES[name]
+    return contact_problem(upper, "bottom", 0.4, **{"against": (lower, "top"), "coupling": "mortar"} | more)
+
+
 @pytest.mark.parametrize("name", BODIES)
 def test_a_constant_pressure_arrives_and_nothing_resists_rigid_motions(name):
     upper, lower = BODIES[name]
-    joint = contact_problem(upper, "bottom", 0.4, against=(lower, "top"), coupling="mortar")
+    joint = mortar(name)
     np.testing.assert_allclose(joint.p_w[0], 3.0 * joint.node_area, rtol=1e-12)
     np.testing.assert_allclose(joint.q_w, 0.0, atol=1e-12)
     found = contact_condensation(upper, "bottom", against=(lower, "top"), coupling="mortar")
@@ -273,17 +264,113 @@ def test_a_constant_pressure_arrives_and_nothing_resists_rigid_motions(name):
     assert values[0] > -1e-12 * values[-1]
 
 
-def test_what_cannot_be_coupled_is_refused():
-    upper, lower = BODIES["2:3"]
-    with pytest.raises(ProblemError, match="expected matching nodes on both bodies, found 5 and 7 nodes"):
-        contact_problem(upper, "bottom", 0.4, against=(lower, "top"))
-    with pytest.raises(ProblemError, match="expected a second body beside 'mortar'"):
-        contact_problem(upper, "bottom", 0.4, coupling="mortar")
-    with pytest.raises(ProblemError, match="coupling, reach: expected a second body"):
-        contact_problem(upper, "bottom", 0.4, against=(lower, "top"), reach=1.0)
-    with pytest.raises(ProblemError, match="expected two plane bodies or two solid ones"):
-        contact_problem(upper, "bottom", 0.4, against=(BODIES["hexahedra"][1], "top"), coupling="mortar")
-    with pytest.raises(UsageError, match="gap: expected real numbers, found 'coordinates'"):
-        contact_problem(upper, "bottom", 0.4, against=(lower, "top"), coupling="mortar", gap="coordinates")
-    with pytest.raises(UsageError, match="f: expected finite numbers, found nan"):
-        contact_problem(upper, "bottom", np.nan)
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: block(thickness=2.0), "expected of a plane body only, found a solid one"),
+        (lambda: block(rigid=["lid"]), "boundary 'lid': not in the mesh"),
+        (lambda: contact_problem(block(rigid=["bottom"]), "bottom", 0.4), "'bottom': expected free nodes, found node 0 in contact"),
+        (lambda: contact_problem(block(rigid=["right"]), "bottom", 0.4), r"'right': expected free nodes, found node \d+ in contact"),
+        (lambda: contact_problem(block(loads=[Force("top", (1.0, 2.0), history=1.0)]), "bottom", 0.4), "Force: expected one component for each of 3 directions, found 2"),
+        (lambda: Bolt(head="top", stiffness=-1.0), "Bolt: expected a finite preload and a stiffness >= 0"),
+        (lambda: brick_mesh((1.0, 1.0, 0.0), (1, 1, 1)), "block: expected finite sides > 0"),
+        (lambda: contact_problem(block(), "bottom", 0.4, against=(ElasticBody(block_mesh(2.0, 1.0, 3, 2), STEEL), "top")), "expected two plane bodies or two solid ones"),
+        (lambda: mortar("2:3", coupling="nodes"), "expected matching nodes on both bodies, found 5 and 7 nodes"),
+        (lambda: contact_problem(BODIES["2:3"][0], "bottom", 0.4, coupling="mortar"), "expected a second body beside 'mortar'"),
+        (lambda: mortar("2:3", coupling="nodes", reach=1.0), "coupling, reach: expected a second body"),
+        (lambda: mortar("2:3", against=(BODIES["hexahedra"][1], "top")), "expected two plane bodies or two solid ones"),
+        (lambda: mortar("2:3", gap="coordinates"), "gap: expected real numbers, found 'coordinates'"),
+        (lambda: contact_problem(BODIES["2:3"][0], "bottom", np.nan), "f: expected finite numbers, found nan"),
+    ],
+)  # fmt: skip
+def test_one_thing_wrong_is_named(make, message):
+    with pytest.raises(ShakedownError, match=message):
+        make()
+
+
+DENSE = Material(100.0, 0.3, density=2.0)
+LENGTHS, COUNTS = (4.0, 1.0), (8, 2)
+
+
+def pair(solid=False, *, supports=(), press=1.0, material=DENSE):
+    """Two blocks one on the other, pressed together; and the same as one block."""
+    if solid:
+        counts, size = (3, 2, 1), (3.0, 1.0, 0.5)
+        upper, lower = (brick_mesh(size, counts, origin=(0.0, 0.0, z)) for z in (0.5, 0.0))
+        whole = brick_mesh((3.0, 1.0, 1.0), (3, 2, 2))
+    else:
+        upper, lower = (block_mesh(*LENGTHS, *COUNTS, origin=(0.0, y)) for y in (1.0, 0.0))
+        whole = block_mesh(LENGTHS[0], 2 * LENGTHS[1], COUNTS[0], 2 * COUNTS[1])
+    loads = [[Pressure(face, press, history=1.0)] for face in ("top", "bottom")]
+    return (
+        ElasticBody(upper, material, loads=loads[0], supports=supports),
+        ElasticBody(lower, material, loads=loads[1], supports=supports),
+        ElasticBody(whole, material, supports=supports),
+    )
+
+
+def frequencies(body):
+    """All circular frequencies of a body, densely."""
+    free = np.setdiff1d(np.arange(body.basis.N), body.held_rows())
+    K, M = (matrix.toarray()[np.ix_(free, free)] for matrix in (body.stiffness, mass_of(body)))
+    return np.sqrt(np.maximum(eigh(K, M, eigvals_only=True), 0))
+
+
+@pytest.mark.parametrize(("solid", "held", "rigid"), [(False, False, 3), (False, True, 0), (True, False, 6)])
+def test_with_its_contact_stuck_a_pair_vibrates_as_one_body(solid, held, rigid):
+    """Rigid motions of a free one do not count; the mass is that of the bodies, the shape has mass one."""
+    first, second, whole = pair(solid, supports=[Support("left")] if held else [])
+    expected = frequencies(whole)[rigid : rigid + 3]
+    found = [modal_load(first, "bottom", k, against=(second, "top")) for k in range(2)]
+    np.testing.assert_allclose([load.frequency for load in found], expected[:2], rtol=1e-8)
+    for load in found:
+        assert load.free is not held
+        assert load.shape @ load.force == pytest.approx(1.0, rel=1e-10)
+
+
+def test_at_rest_a_mode_has_its_frequency_and_above_it_falls_and_damps():
+    """Nothing supports the pair: what holds it while it is condensed bears nothing, and is told."""
+    first, second, _ = pair()
+    load = modal_load(first, "bottom", against=(second, "top"))
+    joint = contact_problem(first, "bottom", 0.3, against=(second, "top"), modal=[load], steps=16)
+    assert joint.load_names == ("pressure", "pressure", "mode 0")
+    assert np.isnan(joint.load_frequency).tolist() == [True, True, False]
+    origin = json.loads(joint.source)
+    assert "for the condensation alone" in origin["free"]
+    assert origin["modes"] == [{"mode": 0, "frequency": load.frequency}]
+    curve = damping(joint, [0.1, 1.0, 4.0, 5.0], load="mode 0")
+    np.testing.assert_allclose(curve.frequency[0], load.frequency, rtol=1e-8)
+    assert curve.dissipation[0] == 0
+    assert curve.proved[0]
+    assert curve.frequency[-1] < 0.999 * load.frequency
+    assert curve.damping_ratio[-1] > 1e-4
+
+
+def test_nodes_that_the_preload_leaves_open_are_open_in_the_mode():
+    first, second, _ = pair()
+    stuck = modal_load(first, "bottom", against=(second, "top"))
+    opened = modal_load(first, "bottom", against=(second, "top"), open_nodes=[0, 1])
+    assert opened.frequency < stuck.frequency
+
+
+WRONG = {
+    "no density": ({"material": Material(100.0, 0.3)}, {}, "material: expected a density for a mode, found none"),
+    "no such mode": ({}, {"mode": 10**6}, "mode: expected a number from 0 to"),
+    "no such node": ({}, {"open_nodes": [99]}, "open nodes: expected node numbers from 0 to 8, found 99"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("bodies", "asked", "line"), WRONG.values(), ids=WRONG)
+def test_what_is_no_mode_is_said(bodies, asked, line):
+    first, second, _ = pair(**bodies)
+    with pytest.raises(shakedown.ShakedownError, match=line):
+        modal_load(first, "bottom", **({"against": (second, "top")} | asked))
+
+
+def test_loads_out_of_balance_on_a_free_structure_are_named():
+    first, second, _ = pair()
+    pushed = ElasticBody(first.mesh, DENSE, loads=[Force(boundary="top", value=(1.0, 0.0), history=1.0)])
+    with pytest.raises(
+        ProblemError, match="loads: expected loads in equilibrium, as nothing supports the bodies"
+    ):
+        contact_problem(pushed, "bottom", 0.3, against=(second, "top"))

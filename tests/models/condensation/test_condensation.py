@@ -1,17 +1,20 @@
-"""Condensation against dense algebra, its laws, what it must refuse: one tangent per node and two; load domains."""
+"""Condensation against dense algebra, its laws, what it must refuse; load domains; interiors by fronts, what can move in them."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import sparse
-from scipy.linalg import block_diag
+from scipy.linalg import LinAlgError, block_diag
 
 from shakedown import LoadCase, ProblemError, condense
+from shakedown.fem import ElasticBody, Material, block_mesh
+from shakedown.models.condensation import factorised_interior
 from shakedown.models.condensation.condense import condensed_stiffness
 from shakedown.models.condensation.contact_frame import tangent_pairs
+from shakedown.models.condensation.factorised_interior import dissection, elimination, factorised
 from shakedown.models.condensation.load_case import LARGEST_DOMAIN, histories
-from shakedown.models.condensation.stiffness_checks import uncoupled
+from shakedown.models.condensation.stiffness_checks import loose_motion, uncoupled
 
 NODES = 5
 CONTACT = [0, 10, 20]
@@ -273,27 +276,18 @@ def test_a_static_run_agrees_or_the_difference_is_explained(d):
         found.welded(LoadCase(history=1.0, reactions=reactions[:, :d]))
 
 
-def test_load_cases_are_checked():
-    reduced = condensed_stiffness(lattice(1), dofs(1), CONTACT, [0, 1], fixed=[8])
-    for case, message in (
+@pytest.mark.parametrize(
+    ("case", "message"),
+    [
         (LoadCase(history=1.0, force=np.ones(3)), r"force: expected shape \(10,\)"),
         (LoadCase(history=1.0, displacement=np.ones(10)), "found free row 0"),
         (LoadCase(history=1.0, reactions=np.ones((2, 2))), r"reactions: expected shape \(3, 2\)"),
-    ):
-        with pytest.raises(ProblemError, match=message):
-            reduced.welded(case)
-    with pytest.raises(ProblemError, match="found none"):
-        LoadCase(history=1.0)
-    with pytest.raises(ProblemError, match="finite numbers, found nan"):
-        LoadCase(history=1.0, force=[np.nan])
-    with pytest.raises(ProblemError, match="real numbers"):
-        LoadCase(history="sin", force=[1.0])
-    with pytest.raises(ProblemError, match="axis"):
-        LoadCase(history=np.ones((2, 2)), force=[1.0])
-    with pytest.raises(ProblemError, match="at least one load case"):
-        histories([])
-    with pytest.raises(ProblemError, match="lengths 2, 3"):
-        histories([LoadCase(history=np.ones(2), force=[1.0]), LoadCase(history=np.ones(3), force=[1.0])])
+    ],
+)
+def test_a_load_case_that_does_not_fit_is_refused(case, message):
+    reduced = condensed_stiffness(lattice(1), dofs(1), CONTACT, [0, 1], fixed=[8])
+    with pytest.raises(ProblemError, match=message):
+        reduced.welded(case)
 
 
 ONE = [1.0]
@@ -316,15 +310,145 @@ def test_the_mean_is_the_middle_of_the_domain_unless_given():
     assert histories([ranged(-1, 2, mean=0.0), ranged(0, 1)]).mean == pytest.approx([0.0, 0.5])
 
 
-def test_what_does_not_make_a_domain_is_refused():
-    with pytest.raises(ProblemError, match="a history or a range, found neither"):
-        LoadCase(force=ONE)
-    with pytest.raises(ProblemError, match="a history or a range, found both"):
-        LoadCase(history=1.0, range=(0, 1), force=ONE)
-    for wrong in ((1, 0), (1,), (0, 1, 2)):
-        with pytest.raises(ProblemError, match=r"expected \[low, high\], found"):
-            LoadCase(range=wrong, force=ONE)
-    with pytest.raises(ProblemError, match="found a history of 'live'"):
-        histories([ranged(0, 1), LoadCase(history=[0.0, 1.0], force=ONE, name="live")])
-    with pytest.raises(ProblemError, match=f"at most {LARGEST_DOMAIN} ranges"):
-        histories([ranged(0, 1)] * (LARGEST_DOMAIN + 1))
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: LoadCase(history=1.0), "found none"),
+        (lambda: LoadCase(history=1.0, force=[np.nan]), "finite numbers, found nan"),
+        (lambda: LoadCase(history="sin", force=ONE), "real numbers"),
+        (lambda: LoadCase(history=np.ones((2, 2)), force=ONE), "axis"),
+        (lambda: histories([]), "at least one load case"),
+        (lambda: histories([LoadCase(history=np.ones(n), force=ONE) for n in (2, 3)]), "lengths 2, 3"),
+        (lambda: LoadCase(force=ONE), "a history or a range, found neither"),
+        (lambda: LoadCase(history=1.0, range=(0, 1), force=ONE), "a history or a range, found both"),
+        (lambda: LoadCase(range=(1, 0), force=ONE), r"expected \[low, high\], found"),
+        (lambda: LoadCase(range=(1,), force=ONE), r"expected \[low, high\], found"),
+        (lambda: LoadCase(range=(0, 1, 2), force=ONE), r"expected \[low, high\], found"),
+        (lambda: histories([ranged(0, 1), LoadCase(history=[0, 1], force=ONE, name="live")]), "found a history of 'live'"),
+        (lambda: histories([ranged(0, 1)] * (LARGEST_DOMAIN + 1)), f"at most {LARGEST_DOMAIN} ranges"),
+    ],
+)  # fmt: skip
+def test_what_is_no_load_is_refused(make, message):
+    with pytest.raises(ProblemError, match=message):
+        make()
+
+
+KEPT = 12
+
+
+def grid(counts, seed=0):
+    """A Laplacian on a grid with random couplings, and where its nodes are."""
+    rng = np.random.default_rng(seed)
+    places = (
+        np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), axis=-1).reshape(-1, 3).astype(float)
+    )
+    number = np.arange(len(places)).reshape(counts)
+    ends = [np.stack([np.delete(number, -1, a).ravel(), np.delete(number, 0, a).ravel()]) for a in range(3)]
+    i, j = np.hstack(ends)
+    K = sparse.coo_array((rng.uniform(0.5, 1.5, len(i)), (i, j)), shape=(len(places),) * 2).tocsr()
+    K = -(K + K.T)
+    return sparse.csr_array(K + sparse.diags_array(0.01 - K.sum(axis=1))), places
+
+
+def planned(K, places, kept=KEPT):
+    count = K.shape[0] - kept
+    pieces = dissection(K[:count, :count], places[:count])
+    return elimination(K, pieces, list(np.arange(count)[:, None])), pieces
+
+
+@pytest.mark.parametrize("counts", [(9, 8, 7), (30, 4, 3), (2, 3, 4)])
+def test_what_is_left_is_the_schur_complement(counts):
+    K, places = grid(counts)
+    plan, pieces = planned(K, places)
+    found, dense = factorised(K, plan), K.toarray()
+    ii, ic = dense[:-KEPT, :-KEPT], dense[:-KEPT, -KEPT:]
+    expected = dense[-KEPT:, -KEPT:] - ic.T @ np.linalg.solve(ii, ic)
+    np.testing.assert_allclose(found.schur, expected, atol=1e-13 * np.abs(expected).max())
+    right = np.random.default_rng(1).normal(size=(len(ii), 3))
+    np.testing.assert_allclose(ii @ found.solve(right), right, atol=1e-11)
+    np.testing.assert_allclose(found.solve(right[:, 0]), found.solve(right)[:, 0], atol=1e-12)
+    assert np.prod(found.pivots[:20]) > 0
+    nodes = np.sort(np.concatenate([own for own, _ in pieces]))
+    np.testing.assert_array_equal(nodes, np.arange(len(ii)))
+
+
+def test_an_indefinite_matrix_is_not_factorised():
+    K, places = grid((5, 5, 4))
+    with pytest.raises(LinAlgError, match="not positive definite at unknown"):
+        factorised(sparse.csr_array(K - 3.0 * sparse.eye_array(100)), planned(K, places)[0])
+
+
+ROW = {k: (float(k), 0.0, 0.0) for k in range(200)}
+
+
+def chain_of(count):
+    """A row of nodes on springs, each held a little; the first is in contact."""
+    K = sparse.kron(
+        sparse.diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(count, count)), np.eye(3)
+    )
+    return sparse.csr_array(K), np.array([(k, d) for k in range(count) for d in (1, 2, 3)])
+
+
+def test_what_can_move_is_named_as_before(monkeypatch):
+    K, dofs = chain_of(200)
+    loose = K.tolil()
+    for k in (3 * 150, 3 * 151):  # along x, the chain is cut before node 150 and after node 151
+        loose[k, k] = 1.0
+    loose[450, 447] = loose[447, 450] = loose[453, 456] = loose[456, 453] = 0.0
+    monkeypatch.setattr(factorised_interior, "_LARGE", 1)
+    with pytest.raises(ProblemError, match="nodes 150, 151 along x"):
+        condensed_stiffness(sparse.csr_array(loose), dofs, [0], [0, 0, 1], places=ROW)
+
+
+def test_what_takes_too_much_memory_is_refused(monkeypatch):
+    K, dofs = chain_of(200)
+    monkeypatch.setattr(factorised_interior, "_LARGE", 1)
+    found = condensed_stiffness(K, dofs, [0], [0, 0, 1], places=ROW)
+    np.testing.assert_allclose(found.stiffness, (1 + 1 / 200) * np.eye(3), atol=1e-12)  # 2 − 199/200
+    monkeypatch.setattr(factorised_interior, "memory", lambda: 1e4)
+    with pytest.raises(
+        ProblemError, match=r"K: expected a model that fits into .* GiB of memory, found that"
+    ):
+        condensed_stiffness(K, dofs, [0], [0, 0, 1], places=ROW)
+
+
+def block(columns=2, rows=2):
+    """A free block: stiffness, (node, direction) of its rows, places of its nodes."""
+    body = ElasticBody(block_mesh(2.0, 1.0, columns, rows), Material(200e3, 0.3))
+    dofs = np.asarray(body.dofs)
+    nodes = np.unique(dofs[:, 0])
+    places = {int(n): (*xy, 0.0) for n, xy in zip(nodes, body.positions(nodes).tolist(), strict=True)}
+    return body.stiffness.tocsc(), dofs, places
+
+
+LEFT, RIGHT = (0.0, 0.0), (2.0, 0.0)  # lower corners
+
+
+@pytest.mark.parametrize(
+    ("held", "expected"),
+    [
+        ((), "along x and along y and turning about z"),
+        (((LEFT, 1), (LEFT, 2)), "turning about z"),
+        (((LEFT, 2),), "along x and turning about z"),
+        (((LEFT, 2), (RIGHT, 2)), "along x"),
+    ],
+)
+@pytest.mark.parametrize(("columns", "rows"), [(2, 2), (20, 15)])
+def test_free_motions_of_a_block(columns, rows, held, expected):
+    K, dofs, places = block(columns, rows)
+    kept = [k for k, (node, d) in enumerate(dofs.tolist()) if (places[node][:2], d) not in held]
+    said = loose_motion(K[kept][:, kept], dofs[kept], places)
+    moving = len(set(dofs[kept, 0].tolist()))
+    assert said.startswith("nodes ")
+    assert said.endswith(f" ({moving} in all) {expected}")
+
+
+@pytest.mark.parametrize("factor", [2.0**-40, 1.0, 2.0**40])
+def test_parts_are_told_apart_and_units_do_not_matter(factor):
+    pair = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    K = np.zeros((7, 7))
+    K[:2, :2] = K[2:4, 2:4] = pair
+    K[4:6, 4:6], K[6, 6] = 2 * pair, 1.0
+    dofs = np.array([(1, 1), (2, 1), (5, 1), (6, 1), (5, 3), (6, 3), (9, 2)])
+    said = loose_motion(sparse.csc_array(factor * K), dofs)
+    assert said == "nodes 1, 2, 5, 6 along x; nodes 5, 6 along z"

@@ -8,7 +8,7 @@ from command import document, run
 
 import shakedown
 from benchmarks.refinement import block_on_plane
-from shakedown import UsageError, plot
+from shakedown import plot
 from shakedown.assessment.transient_limit import slip_limit
 from shakedown.ground.shown_values import plain
 from shakedown.report.study_facts import refinement_sheet
@@ -164,17 +164,3 @@ def test_where_friction_alone_holds_creep_has_its_columns(tmp_path):
     assert "creep proved: " + found.verdict["creep_proved"] in [
         line.get_label() for line in plot.refinement(found).lines
     ]
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        ({"sizes": []}, "sizes"),
-        ({"radius": -1.0}, "radius"),
-        ({"load_factor": -1.0}, "load factor"),
-        ({"slip_below": 0.0}, "slip"),
-    ],
-)
-def test_bad_words_are_refused(words, said):
-    with pytest.raises(UsageError, match=said):
-        shakedown.refine(**{"make": by_dozen, "sizes": [2]} | words)
