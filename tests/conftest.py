@@ -22,9 +22,8 @@ gc.set_threshold(50_000, 20, 20)  # as the command line does: at 700 the search 
 POSIX = (  # pipes, signals, devices, limits of a process
     "benchmarks",
     "files/test_cluster.py",
-    "files/test_pieces.py",
+    "files/test_pieces_and_files.py",
     "cli/test_border.py",
-    "files/test_atomic_write.py",
     "hostile/test_odd_words.py",
     "hostile/test_readers_fuzz.py",
 )

@@ -99,6 +99,7 @@ BAD = [
     ("refine block-33 block-9", "meshes: expected one joint, the coarsest first, found [33, 9] contact nodes"),
     # imports
     ("import absent.toml -o b.npz", "absent.toml: no such file"),
+    ("import /dev/zero -o b.npz", "expected a regular file"),
     (f"import {BLOCK}/block.npz -o b.npz", "expected a TOML file"),
     (f"import {BLOCK}/import.toml", "Missing option '-o'"),
     ("import", "Missing argument 'CONFIG.toml'"),

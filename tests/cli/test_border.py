@@ -234,6 +234,7 @@ def test_a_pipe_is_not_waited_for(tmp_path):
     signal.alarm(20)
     try:
         refused("solve", "pipe", cwd=tmp_path, message="expected an NPZ file, found a pipe")
+        refused("import", "pipe", "-o", "b.npz", cwd=tmp_path, message="expected a regular file")
         words = ("simulate", "one-node", "--load-factor", "1", "--initial", "pipe")
         refused(*words, cwd=tmp_path, message="expected an NPY file, found a pipe")
         for words in (

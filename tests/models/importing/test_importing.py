@@ -168,6 +168,14 @@ def test_one_thing_wrong_in_the_configuration_is_named(tmp_path, old, new, messa
         ('"check.dat" }', '"check.dat", scale = -1.0 }', r"factor -1 \(wrong sign\)"),
         ("[5, 2, 0", "[50, 2, 0", "found node 50, direction 2"),
         ('reactions = { file = "check.dat" }', "", "expected the keys 'displacements' and 'reactions'"),
+        ("nodes = [1, ", "nodes = [nan, ", "whole numbers"),
+        ("nodes = [1, ", f"nodes = [{'9' * 400}, ", "whole numbers"),
+        ("[1, 1, -0.05]", "[nan, 1, -0.05]", "expected a node"),
+        ("[1, 1, -0.05]", "[1, 2.7, -0.05]", "whole direction"),
+        ("[1, 1, -0.05]", f"[1, 1, {'9' * 400}]", "finite number"),
+        ("order = 1, cos", "order = 1.5, cos", "key 'order': expected a whole number"),
+        ("order = 1, cos", "order = -1, cos", "key 'order': expected a whole number"),
+        ("normal = [0.0, 1.0]", "normal = [0.0, inf]", "key 'normal'"),
     ],
 )
 def test_one_thing_wrong_in_the_reference_is_named(tmp_path, old, new, message):

@@ -275,33 +275,6 @@ def test_frame_and_parquet(tmp_path, found):
         assert (pandas.read_parquet(tmp_path / "f.parquet").to_numpy() == table.to_numpy()).all()
 
 
-@pytest.mark.parametrize(
-    ("joint", "vary", "options", "message"),
-    [
-        (TWO, {}, {}, "expected one or two parameters by name"),
-        (TWO, "f", {}, "vary: expected a dictionary, found 'f'"),
-        (TWO, {"friktion": [0.1]}, {}, "expected one of f, friction, .* found 'friktion'"),
-        (TWO, {"f": []}, {}, "vary f: expected rising values, at least one, found"),
-        (TWO, {"f": [0.1, np.nan]}, {}, "vary f: expected finite numbers, found nan"),
-        (TWO, {"f": [0.3, 0.2]}, {}, r"vary f: expected rising values, at least one, found \[0.3, 0.2\]"),
-        (TWO, {"f": 0.3}, {"bounds": ["lover"]}, "bounds: expected some of lower, .* found lover"),
-        (TWO, {"f": 0.3}, {"bounds": ["upper", "upper"]}, "each once"),
-        (
-            TWO,
-            {"f": 0.3},
-            {"open_nodes": "all"},
-            "open nodes: expected several whole numbers or 'auto', found 'all'",
-        ),
-        (TWO, {"f": 0.3}, {"open_nodes": [2]}, "open nodes: expected node numbers from 0 to 1, found 2"),
-        (TWO, {"f": 0.3}, {"output": "table.txt"}, "ends in .csv or .parquet"),
-        ("two-node", {"f": 0.3}, {}, "expected a Problem or an Import or a function, found 'two-node'"),
-    ],
-)
-def test_bad_arguments_are_one_line(joint, vary, options, message):
-    with pytest.raises(UsageError, match=message):
-        shakedown.sweep(joint, vary, **options)
-
-
 def test_too_many_points_are_refused_before_the_work():
     with pytest.raises(BudgetExceeded, match="nothing was computed"):
         shakedown.sweep(TWO, {"f": np.linspace(0.1, 1, 2000), "mean": np.linspace(1, 2, 2000)})
