@@ -2,6 +2,14 @@
 
 import numpy as np
 
+CORNERS_OF = {
+    "triangle": [(0, 0), (1, 0), (0, 1)],
+    "quadrilateral": [(0, 0), (1, 0), (1, 1), (0, 1)],
+    "tetrahedron": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
+    "wedge": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (0, 1, 1)],
+    "hexahedron": [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))],
+}
+
 
 def symmetric_matrix(n, seed=0):
     """A positive definite matrix without zeros."""

@@ -82,13 +82,7 @@ def test_every_shape_has_inward_normals_on_every_face(tmp_path, shape):
     solids = {4: "tetrahedron", 6: "wedge", 8: "hexahedron", 10: "tetrahedron", 20: "hexahedron"}
     count = int("".join(filter(str.isdigit, shape[3:])))
     kind = (solids if shape.startswith("C3D") else names)[count]
-    corners = {
-        "triangle": [(0, 0), (1, 0), (0, 1)],
-        "quadrilateral": [(0, 0), (1, 0), (1, 1), (0, 1)],
-        "tetrahedron": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
-        "wedge": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (0, 1, 1)],
-        "hexahedron": [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))],
-    }[kind]
+    corners = writers.CORNERS_OF[kind]
     points = np.zeros((CORNERS[kind], 3))
     points[:, : len(corners[0])] = corners
     turn = np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]])

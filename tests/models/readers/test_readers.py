@@ -1,7 +1,5 @@
 """Readers of matrices, nodal vectors and meshes with groups: round trips, content before name, one thing broken at a time."""
 
-from pathlib import Path
-
 import meshlane
 import numpy as np
 import pytest
@@ -106,50 +104,49 @@ def test_the_order_of_rows_does_not_matter(tmp_path_factory, order, triangle):
 
 
 ABAQUS, SUBSTRUCTURE, DMIG = (LABELLED[name][0] for name in ("abaqus lower", "substructure", "dmig large"))
+MARKET, OP4 = (MAPPED[name][0] for name in ("matrix market general", "op4 dense"))
+FORCES = " forces (fx,fy,fz) for set N and time {}\n"
+
+
+def mapped(path):
+    return read_stiffness(path, dof_map=np.array(DOFS))
+
+
 BROKEN = {
-    "word for a number": (ABAQUS + "1,1,1,1,x\n", "expected a number, found 'x'"),
-    "entry twice": (ABAQUS + ABAQUS.splitlines()[0], "expected every entry once"),
-    "labels missing": (SUBSTRUCTURE.replace("** 101, 7, 42", "** 101, 7"), "node labels in the comments"),
-    "number missing": (SUBSTRUCTURE.replace("*MATRIX,TYPE=MASS", "1.0"), "expected 21 numbers"),
-    "position out of range": (SUBSTRUCTURE.replace("2,1,2,3", "9,1,2,3"), "position 1 to 3"),
-    "complex": (DMIG.replace("0       6       2", "0       6       4"), "real .* found form 6, type 4"),
-    "two matrices": (DMIG + DMIG.replace("KAAX", "KBBX"), "expected one stiffness matrix, found KAAX, KBBX"),
-    "two headers": (DMIG * 2, "one DMIG header card"),
-    "empty": ("", "empty file"),
-    "prose": ("Dear all,\nplease find attached\n", "found 'Dear all,'"),
-    "reactions": (writers.calculix_reactions([([1], [[1.0, 0, 0]])]), "expected a matrix, found reactions"),
-}
+    "word for a number": (read_stiffness, ABAQUS + "1,1,1,1,x\n", "expected a number, found 'x'"),
+    "entry twice": (read_stiffness, ABAQUS + ABAQUS.splitlines()[0], "expected every entry once"),
+    "labels missing": (read_stiffness, SUBSTRUCTURE.replace("** 101, 7, 42", "** 101, 7"), "node labels in the comments"),
+    "number missing": (read_stiffness, SUBSTRUCTURE.replace("*MATRIX,TYPE=MASS", "1.0"), "expected 21 numbers"),
+    "position out of range": (read_stiffness, SUBSTRUCTURE.replace("2,1,2,3", "9,1,2,3"), "position 1 to 3"),
+    "complex": (read_stiffness, DMIG.replace("0       6       2", "0       6       4"), "real .* found form 6, type 4"),
+    "two matrices": (read_stiffness, DMIG + DMIG.replace("KAAX", "KBBX"), "expected one stiffness matrix, found KAAX, KBBX"),
+    "two headers": (read_stiffness, DMIG * 2, "one DMIG header card"),
+    "empty": (read_stiffness, "", "empty file"),
+    "prose": (read_stiffness, "Dear all,\nplease find attached\n", "found 'Dear all,'"),
+    "reactions": (read_stiffness, writers.calculix_reactions([([1], [[1.0, 0, 0]])]), "expected a matrix, found reactions"),
+    "market complex": (mapped, "%%MatrixMarket matrix coordinate complex general\n6 6 1\n1 1 1.0 0\n", "real general"),
+    "index twice": (mapped, MARKET.replace("\n2 1 ", "\n1 1 "), "entry once"),
+    "entry missing": (mapped, MARKET.rsplit("\n", 2)[0], "expected 36 entries, found 35"),
+    "value missing": (mapped, MAPPED["matrix market array"][0].rsplit("\n", 2)[0], "expected 21 numbers, found 20"),
+    "no size": (mapped, "%%MatrixMarket matrix coordinate real general\n% nothing\n", "size of a square matrix"),
+    "op4 too short": (mapped, "\n".join(OP4.splitlines()[:-4]), "expected whole matrices"),
+    "op4 complex": (mapped, OP4.replace("       6       2", "       6       4", 1), "found type 4"),
+    "sti four columns": (mapped, "1 1 2.0\n1 1 1 2.0\n", "MATRIX INPUT"),
+    "two fields of a load": (read_nodal_loads, "1,2\n", "'node, dof, value'"),
+    "load twice": (read_nodal_loads, "1,2,3\n1,2,4\n", "found .1, 2. twice"),
+    "load of a set": (read_nodal_loads, "TOP, 2, 5.\n", "expected a node label, found the set 'TOP'"),
+    "no forces": (read_calculix_output, "displacements (vx,vy,vz) for set N\n 1 0 0 0\n", "found no table"),
+    "two forces": (read_calculix_output, FORCES.format(1.0) + " 1 0 0\n", "expected 'node fx fy fz'"),
+    "no rows": (read_calculix_output, FORCES.format(1.0) + " 1 0 0 0\n" + FORCES.format(2.0), "empty table"),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", BROKEN)
 def test_one_thing_broken_is_named(tmp_path, case):
-    text, message = BROKEN[case]
+    reader, text, message = BROKEN[case]
     with pytest.raises(ProblemError, match=message) as caught:
-        read_stiffness(write(tmp_path, text))
+        reader(write(tmp_path, text))
     assert str(tmp_path) in str(caught.value)
-
-
-BROKEN_MAPPED = {
-    "complex": ("%%MatrixMarket matrix coordinate complex general\n6 6 1\n1 1 1.0 0\n", "real general"),
-    "index twice": (MAPPED["matrix market general"][0].replace("\n2 1 ", "\n1 1 "), "entry once"),
-    "entry missing": (MAPPED["matrix market general"][0].rsplit("\n", 2)[0], "expected 36 entries, found 35"),
-    "value missing": (MAPPED["matrix market array"][0].rsplit("\n", 2)[0], "expected 21 numbers, found 20"),
-    "no size": ("%%MatrixMarket matrix coordinate real general\n% nothing\n", "size of a square matrix"),
-    "op4 too short": ("\n".join(MAPPED["op4 dense"][0].splitlines()[:-4]), "expected whole matrices"),
-    "op4 complex": (
-        writers.nastran_op4(K).replace("       6       2", "       6       4", 1),
-        "found type 4",
-    ),
-    "sti four columns": ("1 1 2.0\n1 1 1 2.0\n", "MATRIX INPUT"),
-}
-
-
-@pytest.mark.parametrize("case", BROKEN_MAPPED)
-def test_one_thing_broken_beside_a_map_is_named(tmp_path, case):
-    text, message = BROKEN_MAPPED[case]
-    rows = write(tmp_path, writers.dof_map(DOFS), "rows.txt")
-    with pytest.raises(ProblemError, match=message):
-        read_stiffness(write(tmp_path, text), dof_map=rows)
 
 
 def test_a_named_matrix_is_taken_out_of_several(tmp_path):
@@ -180,13 +177,9 @@ def test_a_punch_file_with_continuation_names(tmp_path):
     assert found.K.toarray().tolist() == [[2.0, -1.866666647e7], [-1.866666647e7, 3.0]]
 
 
-def test_results_are_no_stiffness():
-    path = Path(__file__).parents[2] / "data" / "calculix_heat" / "open.frd"
+def test_results_binary_and_missing_files_are_named(tmp_path):
     with pytest.raises(ProblemError, match="found the results of a CalculiX run"):
-        stiffness_format(path)
-
-
-def test_binary_and_missing_files_are_named(tmp_path):
+        stiffness_format(HEAT / "open.frd")
     path = tmp_path / "x.sim"
     path.write_bytes(b"\x01\0\0\0" * 100)
     with pytest.raises(ProblemError, match="found a binary one"):
@@ -195,19 +188,6 @@ def test_binary_and_missing_files_are_named(tmp_path):
         stiffness_format(tmp_path / "absent")
     with pytest.raises(ProblemError, match="expected a regular file, found a directory"):
         stiffness_format(tmp_path)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("1,2\n", "'node, dof, value'"),
-        ("1,2,3\n1,2,4\n", "found .1, 2. twice"),
-        ("TOP, 2, 5.\n", "expected a node label, found the set 'TOP'"),
-    ],
-)
-def test_broken_nodal_loads_are_named(tmp_path, text, message):
-    with pytest.raises(ProblemError, match=message):
-        read_nodal_loads(write(tmp_path, text))
 
 
 def unit_runs(matrix, nodes, order):
@@ -250,17 +230,6 @@ def test_unusable_reactions_are_named(tmp_path):
         unit_displacement_stiffness(steps, nodes[:2])
     with pytest.raises(ProblemError, match="expected contact node 9, found it not printed"):
         unit_displacement_stiffness(steps, np.array([3, 8, 9]))
-    with pytest.raises(ProblemError, match="found no table"):
-        read_calculix_output(write(tmp_path, "displacements (vx,vy,vz) for set N\n 1 0 0 0\n"))
-    with pytest.raises(ProblemError, match="expected 'node fx fy fz'"):
-        read_calculix_output(write(tmp_path, " forces (fx,fy,fz) for set N and time 1.0\n\n 1 0 0\n"))
-    with pytest.raises(ProblemError, match="empty table"):
-        read_calculix_output(
-            write(
-                tmp_path,
-                " forces (fx,fy,fz) for set N and time 1.0\n 1 0 0 0\n forces (fx,fy,fz) for set N and time 2.0\n",
-            )
-        )
 
 
 def test_tables_of_several_sets_at_one_time_are_one_step(tmp_path):
@@ -420,20 +389,13 @@ def test_groups_are_sets_surfaces_and_boundaries(tmp_path, suffix):
     np.testing.assert_allclose(found, same, atol=1e-9 * np.abs(same).max())
 
 
-CORNERS_OF = {
-    "tetrahedron": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
-    "wedge": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (0, 1, 1)],
-    "hexahedron": [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))],
-}
-
-
 @pytest.mark.parametrize(
     ("kind", "shape", "ring", "pillars"),
     [(118, "tetrahedron", 3, "points"), (113, "wedge", 3, "ring"), (116, "hexahedron", 4, "ring")],
 )
 def test_elements_of_second_order_in_unv(tmp_path, kind, shape, ring, pillars):
     """Nodes around the bottom, then those up from it, then those around the top, corners and middles in turn."""
-    points = np.array(CORNERS_OF[shape], dtype=float)
+    points = np.array(writers.CORNERS_OF[shape], dtype=float)
 
     def around(first):
         ends = points[first : first + ring]
