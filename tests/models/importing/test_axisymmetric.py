@@ -9,6 +9,7 @@ import pytest
 from model_files import HEAT, RING, changed, refused_with
 
 import shakedown
+from benchmarks.calculix_peer import pressures
 from shakedown import ProblemError, import_model
 from shakedown.models.readers.mesh import Mesh
 
@@ -171,18 +172,6 @@ def test_areas_of_a_cone_and_of_a_disc():
 ENDS, INSIDE = [0, 4], [1, 2, 3]
 
 
-def printed(path):
-    """Contact pressures by hub node at the end of every step."""
-    steps = []
-    for line in path.read_text().splitlines():
-        fields = line.split()
-        if line.lstrip().startswith("contact stress"):
-            steps.append({})
-        elif re.fullmatch(r"\d+", fields[0] if fields else ""):
-            steps[-1][int(fields[0])] = float(fields[1])
-    return steps
-
-
 @pytest.mark.parametrize(("step", "kelvin"), [(0, 0.0), (1, 20.0)], ids=["assembled", "heated"])
 def test_pressures_are_those_of_contact_in_calculix(step, kelvin):
     made = shakedown.import_model(model_files.FIT / "import.toml", changes={"load.1.history": kelvin / 20.0})
@@ -190,9 +179,8 @@ def test_pressures_are_those_of_contact_in_calculix(step, kelvin):
     assert made.contact.gap == pytest.approx(-0.012, rel=1e-9)
     assert [load.mean for load in problem.loads] == [kelvin]
     nodes = shakedown.node_results(shakedown.simulate(problem, 0.0))
-    theirs = np.array(
-        [printed(model_files.FIT / "contact.dat")[step][int(name.partition("/")[0])] for name in nodes.label]
-    )
+    printed = pressures(model_files.FIT / "contact.dat")[step]
+    theirs = np.array([printed[int(name.partition("/")[0])] for name in nodes.label])
     theirs[ENDS] *= 2
     assert nodes.units["pressure_max"] == "MPa"
     np.testing.assert_allclose(nodes.pressure_max, theirs, rtol=5e-4)
