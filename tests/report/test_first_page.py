@@ -15,7 +15,7 @@ from shakedown.assessment.assess import Assessment
 from shakedown.assessment.verify import Verification
 from shakedown.ground.shown_values import FEW_DIGITS, down, few, up
 from shakedown.joint.units import without_loads
-from shakedown.report import facts, run_facts
+from shakedown.report import facts, limit_facts, run_facts
 from shakedown.report.facts import Sheet, notes, sheet_as_text
 from shakedown.report.html import write_report
 from shakedown.report.limit_facts import solve_sheet
@@ -145,6 +145,16 @@ def test_what_is_proved_by_following_is_told_where_it_is_noticeably_more(slips, 
     changed = {name: getattr(limits, name).but(**proof) for name in ("energy", "accumulated", "universal")}
     vars(limits).update(changed)
     assert bool(fact(verify_sheet(replace(slips, assessment=Assessment(limits))), "followed")) == told
+
+
+@pytest.mark.parametrize(
+    ("cycles", "when"), [(0, "from the start on"), (1, "after 1 cycle"), (2, "after 2 cycles")]
+)
+def test_it_is_told_how_long_a_motion_is_followed_until_it_is_proved(slips, cycles, when):
+    limits, state = copy(slips.limits), copy(slips.transient.at_proved)
+    vars(state)["proof_found"] = replace(state.proof_found, cycles=cycles)
+    vars(limits)["transient"] = slips.transient.but(at_proved=state)
+    assert limit_facts.followed(limits).note == f"proved for this λ only, {when}"
 
 
 def test_one_run_is_not_all_runs():
