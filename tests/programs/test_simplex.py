@@ -12,7 +12,7 @@ from shakedown.bounds.certificate import load_factor_program
 from shakedown.ground.errors import Missing, SolverError, attempt
 from shakedown.joint.constraints import constraints
 from shakedown.programs.program import INF, Program, equilibration
-from shakedown.programs.simplex import Simplex, solve
+from shakedown.programs.simplex import Simplex, chebyshev_centre, solve
 
 
 def square(cost, upper=(1.0, 1.0)):
@@ -123,6 +123,21 @@ def test_units_of_columns_that_are_powers_of_two_change_no_bit():
     (rows, columns), (others, scaled) = equilibration(matrix), equilibration(matrix * units)
     np.testing.assert_array_equal(others, rows)
     np.testing.assert_array_equal(scaled * units, columns)
+
+
+def test_the_unit_of_the_cost_changes_no_bit_of_what_is_solved():
+    program = linear().program
+    for unit in (2.0**-40, 2.0**40):
+        other = replace(program, cost=unit * program.cost).scaled()[0]
+        np.testing.assert_array_equal(other.cost, program.scaled()[0].cost)
+
+
+def test_the_centre_of_a_polyhedron_stays_where_one_column_is_not_negative():
+    """−3 ≤ x ≤ 1/2 has the centre −5/4; of x ≥ 0, from which no distance is kept, 0 is the farthest inside."""
+    between = np.array([[1.0], [-1.0]]), np.ones(2), np.array([0.5, 3.0])
+    for signed, x, margin in ((None, -1.25, 1.75), (0, 0.0, 0.5)):
+        found = chebyshev_centre(*between, cap=INF, signed=signed)
+        assert (found.x, found.margin) == (pytest.approx([x]), pytest.approx(margin))
 
 
 def test_where_a_start_fails_loosened_tolerances_lead_to_the_same_vertex(monkeypatch):
