@@ -12,9 +12,12 @@ from benchmarks.problems import joint
 from benchmarks.rational_reference import fraction_rows, solve_fractions
 from shakedown import Problem
 from shakedown.bounds import largest_load_factor
+from shakedown.bounds.certificate import certified_lower, load_factor_program
+from shakedown.bounds.lower import collapse_limits, collapses
 from shakedown.ground.status import Status
 from shakedown.joint.constraints import constraints
 from shakedown.programs.program import Program, Solution
+from shakedown.programs.simplex import Simplex
 
 
 def exact_bounds(problem: Problem) -> tuple[Fraction, Fraction]:
@@ -141,3 +144,28 @@ def test_what_floats_say_at_loosened_tolerances_changes_no_exact_answer(
     assert found.load_factor == pytest.approx(expected.load_factor, nan_ok=True)
     assert found.least_load_factor == pytest.approx(expected.least_load_factor, nan_ok=True)
     assert found.residual <= 1e-12
+
+
+@pytest.mark.parametrize(("seed", "coupling"), [(37, 1.0), (31, 2.0), (39, 2.0)])
+def test_whichever_node_floats_call_the_first_the_exact_answer_is_the_first_collapse(seed, coupling) -> None:
+    drawn, away = joint(seed, 3, coupling), np.array([0.0, -30.0, 0.0])
+    problem = replace(drawn, q_w=drawn.q_w - drawn.A @ away, p_w=drawn.p_w - drawn.B @ away)
+    rows, program = constraints(problem), Simplex(load_factor_program(constraints(problem), +1.0))
+    ends = collapses(rows, program, collapse_limits(rows), all_nodes=True)
+    loosened = {node: replace(end, reduced_accuracy=True) for node, end in ends.items()}
+    firsts = [node for node, end in ends.items() if end.optimal]
+    found = [certified_lower(problem, loosened, first, shakedown.Tolerances()) for first in firsts]
+    assert len(found) == 2
+    assert {node for node, _ in found} == {min(firsts, key=lambda node: ends[node].value)}
+    assert {proved.load_factor for _, proved in found} == {float(exact_bounds(problem)[0])}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_nodes_with_units_of_their_own_have_the_same_limits_of_collapse(seed: int) -> None:
+    force = 4.0 ** np.random.default_rng(seed).integers(-9, 9, 5)
+    one, other = (
+        collapse_limits(constraints(joint(seed, 5, units=(unit, 1.0 / unit)))) for unit in (np.ones(5), force)
+    )
+    assert one.known.any()
+    np.testing.assert_array_equal(other.known, one.known)
+    np.testing.assert_allclose(other.load_factors, one.load_factors, rtol=1e-12)
