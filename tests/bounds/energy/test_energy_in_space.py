@@ -11,7 +11,7 @@ from joints_in_space import embedded
 import shakedown
 from benchmarks.refinement import brick
 from shakedown import Problem, energy_ball, energy_bound
-from shakedown.bounds.energy.ball_limits import ball_limits
+from shakedown.bounds.energy.ball_limits import ball_limits, pressed_limits
 from shakedown.bounds.energy.energy_ball import closed_radius, no_ball_holds
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.constraints import loading
@@ -196,3 +196,19 @@ def test_limits_that_hold_below_a_load_factor_do_so_with_their_shares():
         found.append(bool((shared.slack(slip, 0.0) >= 0).all()))
         assert shared.hold_below == found[-1]
     assert found == [True, False]
+
+
+@pytest.mark.parametrize("varying", [1.0, 0.0])
+def test_the_rows_of_pressures_are_the_least_ones_of_the_loop_and_of_the_constant_load(varying):
+    joint, slip = space_joint(1, 3), np.random.default_rng(0).normal(size=6)
+    mean = joint.p_w.mean(axis=0)
+    problem = replace(
+        joint, p_w=mean + varying * (joint.p_w - mean), q_transient=[[0.0] * 6], p_transient=[mean - 1.0]
+    )
+    limits = ball_limits(contact_zone(problem, ()))
+    rows = pressed_limits(limits, problem).rows
+    for load_factor in (0.0, 0.7):
+        found = (rows.g - rows.G @ slip - load_factor * rows.d)[: len(rows.g) - len(limits.rows.g)]
+        of_loop = loading(problem).at(load_factor)[1].min(axis=0)
+        constant = np.minimum(loading(problem).p0, problem.p_transient[0])
+        assert found == pytest.approx(np.append(of_loop, constant) + np.tile(problem.B @ slip, 2))
