@@ -10,6 +10,7 @@ from scipy.optimize import linprog
 import shakedown
 from benchmarks.problems import random_problem
 from shakedown import Problem
+from shakedown.bounds.every_state import bound_of_floating
 from shakedown.bounds.every_state.bound_of_floating import unique_rates
 from shakedown.bounds.every_state.least_pressures import least_pressures, scaled_joint
 from shakedown.bounds.every_state.universal_bound import least_pressure_bound, universal_bound
@@ -257,6 +258,7 @@ def test_a_loop_without_amplitude_is_unbounded():
     loop = {"q_w": np.tile([0.3, 0.1] * 3, (4, 1)), "p_w": np.full((4, 3), 5.0)}
     found = universal_bound(joint(**loop))
     assert (found.status, found.load_factor, found.node) == ("unbounded", np.inf, -1)
+    assert least_pressure_bound(joint(**loop)).reason == "no load factor ends the proof"
 
 
 def test_a_node_without_friction():
@@ -270,7 +272,7 @@ def test_a_node_without_friction():
     assert 0.0 < universal_bound(replace(problem, f=f, q_w=still)).load_factor < np.inf
 
 
-def test_a_body_that_friction_alone_holds_has_no_unique_rates():
+def test_a_body_that_friction_alone_holds_has_no_unique_rates(monkeypatch):
     A = np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(2))
     B = 0.1 * np.kron([[1.0, -1.0], [0.0, 0.0]], np.ones((1, 2)))
     q_w = np.tile([0.1, 0.0], (4, 2)) * np.array([1.0, -1.0, 0.5, -0.5])[:, None]
@@ -280,6 +282,10 @@ def test_a_body_that_friction_alone_holds_has_no_unique_rates():
     assert (found.limited_by, found.argument) == ("rates", "least pressures, rigid motions apart")
     assert 0.0 < found.load_factor < 0.9 * shakedown.upper_bound(problem).load_factor
     assert "is not proved to slip without a jump" in found.reason
+    for halvings in range(1, 6):  # with each what is left open is halved
+        monkeypatch.setattr(bound_of_floating, "HALVINGS", halvings)
+        below = found.load_factor - universal_bound(replace(problem)).load_factor
+        assert 0.0 <= below <= 0.5**halvings * shakedown.upper_bound(problem).load_factor
 
 
 def test_friction_above_which_a_node_runs_away():
