@@ -13,6 +13,7 @@ from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from benchmarks.problems import random_problem
 from shakedown import Problem
 from shakedown.bounds.accumulated_bound import confirmed, total_slip_bound
+from shakedown.bounds.arc_search import Slacks
 from shakedown.ground.constants import FloatArray
 from shakedown.joint.constraints import loading
 
@@ -238,3 +239,8 @@ def test_transient_load_steps_and_given_means_count() -> None:
     assert shakedown.accumulated_bound(pushed).load_factor < here.load_factor
     off = replace(problem, q_mean=problem.q_w.mean(axis=0) + 4000.0, p_mean=problem.p_w.mean(axis=0))
     assert shakedown.accumulated_bound(off).status == "infeasible"  # at λ = 0 it is the mean load alone
+
+
+def test_of_a_slack_that_the_mean_load_leaves_nothing_the_first_to_be_used_up_later_is_told() -> None:
+    slacks = Slacks(np.array([0.0, 2.0, 3.0, 1.0]), np.array([1.0, 4.0, 1.0, -1.0]), np.full(4, np.inf))
+    assert slacks.elastic == 0.5

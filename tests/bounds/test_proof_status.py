@@ -120,6 +120,11 @@ def test_a_pressure_that_another_node_hardly_changes_is_no_lift_off(noise) -> No
     assert (lower.guarantee, lower.uncertified) == ("proved", "")
 
 
+def test_below_the_load_factor_zero_there_is_nothing_to_prove() -> None:
+    status = guarantee_status(GuaranteeEvidence(shakedown.example("two-node"), 0.0))
+    assert (status.guarantee, status.reason) == ("evidence", "there is no load factor below it")
+
+
 def test_lift_off_takes_the_proof_away() -> None:
     """Little preload on node 1: other nodes' locked-in slip lifts it off below λ_1."""
     problem = Problem(
@@ -136,6 +141,8 @@ def test_lift_off_takes_the_proof_away() -> None:
     assert lower.guarantee == "evidence"
     assert "can lift a node off" in lower.proof.reason
     assert lower.lift_off_bound == pytest.approx(bound, rel=1e-12)
+    proved = shakedown.universal_bound(problem)
+    assert (proved.limited_by, proved.node, proved.load_factor) == ("lift-off", -1, proved.lift_off_bound)
 
 
 BEYOND_ONE = [coupled_joint(*drawn) for drawn in ((8, 4, 1.62), (9, 4, 1.48), (13, 4, 1.8))]  # ρ* = 1.01
