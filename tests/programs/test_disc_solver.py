@@ -76,6 +76,11 @@ def test_either_factor_solves_the_normal_equations(n, rank, norm):
     rng, unit = np.random.default_rng(1), discs.cones.unit
     slack, multipliers = (unit + rng.uniform(-0.6, 0.6, len(unit)) / np.sqrt(rank) for _ in range(2))
     scaling, x = discs.cones.scaling(slack, multipliers), rng.normal(size=len(discs.costs))
-    right = discs.transposed(scaling.divided(scaling.divided(discs.times(x))))
-    for factor in (discs.normal_equations, discs.orthogonal_factor):
-        np.testing.assert_allclose(factor(scaling)(right), x, rtol=1e-9)
+    in_reactions, _, to_reactions = discs.in_reactions
+    assert (in_reactions.tied > 0) == (4 < rank <= 2 * n)  # all columns at once where they are few
+    z = to_reactions @ x
+    np.testing.assert_allclose(in_reactions.times(z), discs.times(x), rtol=1e-9, atol=1e-9)
+    for given, expected in ((discs, x), (in_reactions, z)):
+        right = given.transposed(scaling.divided(scaling.divided(given.times(expected))))
+        for factor in (given.normal_equations, given.orthogonal_factor):
+            np.testing.assert_allclose(factor(scaling)(right), expected, rtol=1e-9)
