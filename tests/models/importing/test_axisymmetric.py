@@ -159,6 +159,8 @@ def test_a_deck_is_axisymmetric_or_not(ring):
         ProblemError, match=r"expected radii x >= 0 of an axisymmetric model, found -8\.5 at node 12"
     ):
         import_model(ring / "import.toml")
+    (ring / "ring.inp").write_text(deck.replace("\n12, 8.5, 6\n", "\n12, 0.0, 6\n"))  # on the axis
+    assert import_model(ring / "import.toml").stiffness.circumference != 1
 
 
 def test_areas_of_a_cone_and_of_a_disc():

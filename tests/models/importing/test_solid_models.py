@@ -202,6 +202,12 @@ def test_what_was_read_is_shown(folder, made):
         "first tangent",
         "second tangent",
     ]
+    frame = made.condensation.frame
+    for line, along in zip(drawn.lines[-4:-1], [frame.normals, *frame.slip_axes.swapaxes(0, 1)], strict=True):
+        start, end, gap = np.reshape(np.transpose(line.get_data_3d()), (-1, 3, 3)).swapaxes(0, 1)
+        np.testing.assert_array_equal(start, made.contact.coordinates)
+        np.testing.assert_allclose(end - start, along * np.linalg.norm(end[0] - start[0]), atol=1e-12)
+        assert np.isnan(gap).all()
     with pytest.raises(UsageError, match="expected axes in 3 dimensions"):
         contact_picture(made, ax=drawn.figure.add_subplot())
 

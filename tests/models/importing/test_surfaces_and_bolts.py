@@ -1,6 +1,7 @@
 """Surfaces whose meshes do not match, several patches by name; bolts, as in Python, as sections of the deck and as CalculiX has them."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -59,6 +60,14 @@ def test_a_gap_is_what_the_deck_draws(tmp_path):
     assert said[0].startswith("the surfaces are drawn so that they lie apart by 0.01 on average")
     with pytest.raises(ProblemError, match=r"lie on each other within 'reach' = 0.005, found"):
         import_model(configuration(tmp_path, f"{SURFACES}\nreach = 0.005"))
+
+
+def test_a_wedge_between_surfaces_is_named_by_its_mean(tmp_path):
+    upper, lower = bricks()
+    places = upper.mesh.p
+    mesh = replace(upper.mesh, doflocs=places + np.outer([0, 0, 0.04], places[0]))
+    write(tmp_path, ElasticBody(mesh, STEEL, loads=upper.loads), lower)
+    assert "lie apart by 0.04 on average" in import_model(configuration(tmp_path, SURFACES)).warnings[0]
 
 
 def test_the_check_says_how_the_surfaces_lie(folder):
