@@ -157,6 +157,8 @@ def test_an_uneven_ring_is_one_whose_areas_go_around():
     surface = surface_of(joint)
     assert not surface.edge.any()
     np.testing.assert_allclose(surface.spacing, np.minimum(steps, np.roll(steps, 1)), rtol=1e-12)
+    thick = replace(joint, node_area=area * np.where(np.isin(range(11), [0, 1, 2, 8, 9, 10]), 1.0, 5.0))
+    assert not surface_of(thick).edge.any()  # only what lies beside the ends tells of them
     area[[0, -1]] -= 0.3 * steps[-1] / 2
     assert np.flatnonzero(surface_of(replace(joint, node_area=area)).edge).tolist() == [0, 10]
 
