@@ -231,6 +231,12 @@ def test_a_start_that_the_law_does_not_allow_becomes_one_that_it_does():
     assert excess.max() < 1e-11 * motion.scale.force
 
 
+def test_a_stop_tells_when_a_node_lifts_off():
+    """Between loads 1 and 2 of 4 the pressure falls from 1 to -3: after a quarter of that step."""
+    joint = Problem(A=[[1.0]], B=[[0.0]], f=0.5, q_w=np.zeros((4, 1)), p_w=[[1.0], [1.0], [-3.0], [1.0]])
+    assert evolve(joint, 1.0).stop.cycle == pytest.approx(1.25 / 4)
+
+
 def test_transient_load_steps_come_first():
     problem = joint()
     pushed = replace(problem, q_transient=np.full((3, 8), 4.0), p_transient=np.full((3, 4), 3.0))

@@ -87,6 +87,8 @@ def test_copies_jump_as_each_would_alone(one_after_another):
     assert run.stop is None
     (cycle,) = run.cycles
     assert len(cycle.jumps) == (count if one_after_another else 1)
+    times = [jump.cycle for jump in cycle.jumps]  # as the load pulls them away one after another
+    assert np.diff(times) == pytest.approx(1 / many.m, rel=1e-6)
     released = sum(jump.energy_released for jump in cycle.jumps)
     assert released == pytest.approx(count * alone.jumps[0].energy_released, rel=1e-9)
     assert cycle.dissipation == pytest.approx(count * alone.dissipation, rel=1e-9)
