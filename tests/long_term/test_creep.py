@@ -167,6 +167,7 @@ def test_the_ring_of_a_bearing():
     (body,) = sliding_bodies(ring)
     assert all(body.monotone)
     assert body.all_mixtures_irreducible
+    assert not replace(body, M=body.M * (np.arange(ring.n) > 0)[:, None]).all_mixtures_irreducible
     assert body.wedge_bounds == pytest.approx([0.478545] * 2, rel=1e-5)
     state = shakedown.long_term_state(ring, 0.7)
     low, high = state.drift_bounds

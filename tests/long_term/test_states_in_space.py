@@ -7,6 +7,9 @@ import shakedown
 from benchmarks.space_verdicts import random_joint
 from shakedown import Outcome, Problem, Tolerances
 from shakedown.joint.constraints import slip_reach
+from shakedown.long_term.motion_start import MotionStart
+from shakedown.long_term.space.followed_cycles import SearchRules
+from shakedown.long_term.space.steady_search import SteadySearch
 from shakedown.motion.evolution import Evolution
 
 CREEPING = np.array([0.32, 0.32, -0.24, -0.24, 0.38, -0.33, 0.33, -0.07])
@@ -23,6 +26,24 @@ def test_the_error_is_that_of_a_finer_path(name, share):
     assert found.outcome == fine.outcome
     assert np.abs(found.final_slip - fine.final_slip).max() <= 10 * found.error
     assert found.dissipation_per_cycle == pytest.approx(fine.dissipation_per_cycle, rel=1e-5, abs=1e-7)
+
+
+def test_a_motion_goes_on_from_the_cycles_that_are_stored():
+    problem = shakedown.example("two-node-3d")
+    state = shakedown.long_term_state(problem, 1.1 * shakedown.upper_bound(problem).load_factor)
+    whole, kept = (state.origin.passed(first, 8) for first in (None, state.first_cycles[:4]))
+    for one, other in zip(whole, kept, strict=True):
+        np.testing.assert_array_equal(one[1], other[1])
+        assert (one[0], *one[2:]) == (other[0], *other[2:])
+
+
+@pytest.mark.parametrize("period", [1, 2, 3, 5])
+def test_the_period_is_the_least_after_which_changes_recur(period):
+    problem = shakedown.example("two-node-3d")
+    motion, changes = Evolution(problem, 1.0), np.random.default_rng(1).normal(size=(period, 6))
+    search = SteadySearch(motion, MotionStart.of(motion), SearchRules(100, 8, 1e-10, np.ones(2)))
+    search.leaps.find_period(np.cumsum(changes[np.arange(9) % period], axis=0))
+    assert search.leaps.period == period
 
 
 def test_an_approach_like_a_power_of_time_is_no_drift():
