@@ -1,6 +1,7 @@
 """Damping and stiffness versus amplitude: closed forms, limits, what does not close."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -274,6 +275,8 @@ def test_a_band_holds_every_run_and_is_a_line_where_the_cycle_is_unique(coupled)
         if band.unique[k]:
             assert np.ptp(ends) <= slack
     if coupled:
+        at_rest = damping(replace(problem, f=1.0), [0.0], states=2)
+        assert not at_rest.unique.any()  # λ_U = 0 proves nothing, at no load either
         low, high = band.least["dissipation"], band.largest["dissipation"]
         assert (low[1], high[1]) == (0, pytest.approx(203.94, abs=0.01))
         which = band.of_states[1, :, 1].argmax()
