@@ -14,6 +14,7 @@ from uncoupled_parts import joined, pair, with_mean
 import shakedown
 from benchmarks.problems import in_units
 from shakedown import Outcome, Problem
+from shakedown.long_term import motion_start, proved_outcome
 from shakedown.long_term.find_state import LongTermStates, long_term_states
 from shakedown.long_term.node_results import node_results
 from shakedown.motion.checked_law import scales
@@ -72,6 +73,15 @@ def test_agrees_with_the_single_state_on_random_joints(kind, outcomes):
 def test_what_is_not_found_in_time_is_undecided_unless_it_is_proved(load_factor, outcome):
     states = assert_agree(slow_problem(0.9999), load_factor, np.zeros((1, 2)), max_cycles=1)
     assert states.outcome.tolist() == [outcome]
+
+
+def test_whatever_is_proved_of_one_state_is_proved_of_many(monkeypatch):
+    """A drift too: if a proof said that it ends, no number would stand against it."""
+    joint, starts = walking(), np.zeros((2, 2))
+    assert set(assert_agree(joint, 1.0, starts).outcome) == {"ratchetting"}
+    monkeypatch.setattr(motion_start, "above_lambda_max", lambda _: False)
+    monkeypatch.setattr(proved_outcome, "proof_from_start", lambda _: "as is said here")
+    assert set(assert_agree(joint, 1.0, starts).outcome) == {"shakedown"}
 
 
 def test_depends_neither_on_the_batch_nor_on_threads():
