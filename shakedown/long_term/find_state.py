@@ -123,7 +123,7 @@ def _over(period: int, state: LongTermState, cycles: int) -> LongTermState:
     return replace(
         state,
         goal=goal,
-        final_slip=start + times * state.drift if ahead or times > 1 else state.final_slip,
+        final_slip=start + times * state.drift,
         drift=times * state.drift,
         slip_per_cycle=times * state.slip_per_cycle,
         dissipations=np.tile(np.roll(state.dissipations, -ahead), times),
