@@ -311,8 +311,7 @@ def _of_energy(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Optimum | N
 
     at_tip = slack(start, reach).min() >= -tolerances.feasibility
     slip, reach = (start, reach) if at_tip else (bound.slip[closed], bound.radius / metric.unit)
-    share = bound.multipliers * limits.sizes(slip, bound.load_factor, reach)
-    chosen = np.flatnonzero((slack(slip, reach) <= tolerances.feasibility) | (share > SMOOTH * share.max()))
+    chosen = np.flatnonzero(slack(slip, reach) <= tolerances.feasibility)
     s, d, y = limits.rows.spread[chosen], limits.rows.d[chosen], bound.multipliers[chosen]
     moved = metric.root @ (slip - start)
     ray = np.zeros_like(moved) if at_tip else moved / np.linalg.norm(moved)
