@@ -313,14 +313,14 @@ def _equations(
         missing = np.append(missing, program.norm @ x[r:] - program.offset - length)
 
     def solver() -> Solve:
-        """A factor of the curvature and the slopes of the active limits, in the lower triangle."""
+        """A factor of the curvature and the slopes of the active limits."""
         size, r = len(x), len(towards)
         matrix = np.diag(np.repeat([PROXIMITY, -PROXIMITY], [size, len(m)])).T
         matrix[:size, :size] += bends.T @ bends
         matrix[:r, :r] += bend * (np.eye(r) - np.outer(towards, towards))
-        matrix[size:, :size] = J
-        factor, pivots, _ = lapack.dsytrf(matrix, lower=1, lwork=64 * len(matrix), overwrite_a=1)
-        return lambda right: np.asarray(lapack.dsytrs(factor, pivots, right, lower=1)[0])
+        matrix[size:, :size], matrix[:size, size:] = J, J.T
+        factor, pivots, _ = lapack.dgetrf(matrix, overwrite_a=1)
+        return lambda right: np.asarray(lapack.dgetrs(factor, pivots, right)[0])
 
     return np.append(program.costs - m @ J, missing), solver
 
