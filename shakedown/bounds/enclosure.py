@@ -216,8 +216,8 @@ def proof_of(problem: Problem, rows: DiscRows) -> Proof:
         (problem.q_w, problem.q_mean, loop.q0, loop.q1),
         (problem.p_w, problem.p_mean, loop.p0, loop.p1),
     ):
-        sums = np.array([fsum(column) for column in samples.T.tolist()])
-        constant = plain if mean is not None else np.where(plain != 0.0, sums / len(samples), 0.0)
+        means = [fsum(column) / len(samples) for column in samples.T.tolist()] if mean is None else plain
+        constant = np.where(plain != 0.0, means, 0.0)
         moving = periodic.any(axis=0)
         parts.append((constant, np.where(moving, samples - constant, 0.0), moving.astype(float)))
     c, e, varies = (triples(law, q, p) for q, p in zip(*parts, strict=True))
