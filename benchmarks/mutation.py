@@ -1,8 +1,10 @@
 """Who tests the tests: one operator, comparison, sign or constant of the package changed at a time.
 
-Each place drawn is changed in a copy of the repository. There the examples of its module run with the tests
-that name it, then all others of its folder and of the one above, and the tests of the folder that uses it. A
-change that no test notices survives: a test is missing, or nothing needs the code, or both mean the same.
+All tests run once, while pytest-cov (``pip install pytest-cov``) notes which of them run which lines. Each
+place drawn is changed in a copy of the repository, where the tests run that run its line, the nearest first.
+Which run what Numba compiles is unknown: there the tests of its folder run, of the one above and of the
+folder that uses it. A change that no test notices survives: a test is missing, or nothing needs the code, or
+both mean the same.
 
 ``python -m benchmarks.mutation`` goes on where it stopped; what is measured by then is a sample of them all.
 """
@@ -16,10 +18,9 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from functools import cache
+from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
-
-import numpy as np
 
 from benchmarks.runner import run_study
 from shakedown.report.facts import table
@@ -33,6 +34,8 @@ USED_BY = {"programs": "bounds", "motion": "long_term"}  # whose tests say more
 PLACES = 200
 SEED = 2  # another one draws a fresh sample
 SECONDS = 900  # of tests that do not end: the change is noticed
+CODE_CACHE = "shakedown/ground/code_cache.py"
+COMPILED = re.compile(rb"\bnamed_state\b|\bnumba\b")  # a module with functions that Numba compiles
 CHANGED = {  # what stands for an operator, and what is put there
     ast.Lt: ("<", "<="),
     ast.LtE: ("<=", "<"),
@@ -103,22 +106,47 @@ def _calculated(tree: ast.AST) -> Iterator[ast.AST]:
 
 
 def cases(short: bool) -> list[dict]:
-    """Places drawn over all of the modules, each with its tests; the first of Coulomb's law, in short."""
+    """Places drawn over all of the modules; the first of Coulomb's law with a test of it, in short."""
     if short:
         first = next(places(ROOT / "shakedown" / "joint" / "law.py"))
         test = "tests/joint/test_two_directions.py::test_the_extreme_load_steps_suffice"
-        return [first._asdict() | {"tests": [[test]]}]
+        return [first._asdict() | {"tests": [test]}]
     files = [path for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*.py"))]
     found = [place for path in files for place in places(path)]
-    drawn = np.random.default_rng(SEED).choice(len(found), min(PLACES, len(found)), replace=False)
-    return [found[k]._asdict() | {"tests": _tests(found[k].path)} for k in drawn]
+    return [place._asdict() for place in sorted(found, key=_number)[:PLACES]]
+
+
+def _number(place: Place) -> bytes:
+    """A random number for a place, which stays in the sample whatever else is changed."""
+    line = (ROOT / place.path).read_bytes().splitlines()[place.line - 1]
+    return sha256(f"{SEED} {place.path} {place.column} {place.found} ".encode() + line.strip()).digest()
+
+
+def measure(case: dict) -> dict:
+    """Whether a test fails with the change, and which."""
+    place, copy = Place(*(case[name] for name in Place._fields)), _copied()
+    file, cache_of_code = copy / place.path, copy / CODE_CACHE
+    original, checked = file.read_bytes(), cache_of_code.read_bytes()
+    tests = case.get("tests") or _tests(place)
+    lines = original.splitlines(keepends=True)
+    line, end = lines[place.line - 1], place.column + len(place.found.encode())
+    assert line[place.column : end] == place.found.encode(), "the source changed since the place was drawn"
+    lines[place.line - 1] = line[: place.column] + place.changed.encode() + line[end:]
+    try:
+        if not COMPILED.search(original):  # what is compiled stays as it is on disk
+            cache_of_code.write_bytes(checked.replace(b"whole.hexdigest()", b'"of the sources before"'))
+        file.write_bytes(b"".join(lines))
+        return {"noticed": _failed(copy, tests)}
+    finally:
+        file.write_bytes(original)
+        cache_of_code.write_bytes(checked)
 
 
 @cache
 def _copied() -> Path:
     """A copy of the repository, from which Python reads all modules, those of the command line too."""
     copy = Path(tempfile.mkdtemp(prefix="mutation-"))
-    left = shutil.ignore_patterns(".git", ".venv*", "__pycache__")
+    left = shutil.ignore_patterns(".git", ".venv*", "__pycache__", ".coverage*")
     shutil.copytree(ROOT, copy, ignore=left, dirs_exist_ok=True)
     (copy / "shakedown" / "cli").symlink_to(copy / "cli")  # where an installed checkout maps it
     found = _run(copy, "-c", "from shakedown.cli import main; print(main.__file__)").stdout
@@ -126,41 +154,48 @@ def _copied() -> Path:
     return copy
 
 
-def measure(case: dict) -> dict:
-    """Whether a test fails with the change, and which."""
-    place, copy = Place(*(case[name] for name in Place._fields)), _copied()
-    file = copy / place.path
-    original = file.read_bytes()
-    lines = original.splitlines(keepends=True)
-    line, end = lines[place.line - 1], place.column + len(place.found.encode())
-    assert line[place.column : end] == place.found.encode(), "the source changed since the place was drawn"
-    lines[place.line - 1] = line[: place.column] + place.changed.encode() + line[end:]
-    try:
-        file.write_bytes(b"".join(lines))
-        failed = (_failed(copy, tests) for tests in case["tests"])
-        return {"noticed": next(filter(None, failed), "")}
-    finally:
-        file.write_bytes(original)
-
-
-@cache
-def _tests(path: str) -> list[list[str]]:
-    """A module, for its examples, with the tests that name or call it; the others of the folders near it."""
-    name = "shakedown." + ".".join(Path(path).with_suffix("").parts).removeprefix("shakedown.")
-    folder = TESTS / "/".join(name.split(".")[1:-1])
+def _tests(place: Place) -> list[str]:
+    """The tests that run the statement of a place, or else its module; the nearest first."""
+    folder = TESTS / Path(place.path).parent.relative_to("." if place.path.startswith("cli") else "shakedown")
     while not folder.is_dir():
         folder = folder.parent
     above = folder if folder.parent == TESTS else folder.parent
-    near = sorted(above.rglob("test_*.py"), key=lambda file: (folder not in file.parents, file))
-    named = re.compile(rf"\b{name}\b|\b{Path(path).stem}\(")
-    naming = [file for file in [*near, *sorted(TESTS.rglob("test_*.py"))] if named.search(file.read_text())]
-    if user := USED_BY.get(name.split(".")[1]):
-        near += sorted((TESTS / user).rglob("test_*.py"))
-    stages = filter(None, (list(dict.fromkeys(naming)), [file for file in near if file not in naming]))
-    first, *others = [[str(file.relative_to(ROOT)) for file in files] for files in stages]
-    found = [[path, *first], *others]
-    found[-1].append("/".join(["shakedown", *above.relative_to(TESTS).parts]))  # the examples there
+    source = ROOT / place.path
+    if COMPILED.search(source.read_bytes()):
+        user = USED_BY.get(Path(place.path).parts[1])
+        near = dict.fromkeys([folder, above, *([TESTS / user] if user else [])])
+        return [place.path, *(str(path.relative_to(ROOT)) for path in near)]
+    runs = _runs()[place.path]
+    statements = (node for node in ast.walk(ast.parse(source.read_bytes())) if isinstance(node, ast.stmt))
+    holding = [node for node in statements if node.lineno <= place.line <= (node.end_lineno or 0)]
+    first = max(node.lineno for node in holding)
+    tests = set().union(*(runs.get(line, ()) for line in range(first, place.line + 1)))
+    tests = tests or set().union(*runs.values())  # a constant of the module
+    near = f"{folder.relative_to(ROOT)}/"
+    return sorted(tests, key=lambda test: (source.stem not in test, not test.startswith(near), test))
+
+
+@cache
+def _runs() -> dict[str, dict[int, set[str]]]:
+    """Of each module the tests that run its lines; those of a whole file where a fixture does."""
+    from coverage import CoverageData
+
+    copy = _copied()
+    done = _run(copy, "-m", "pytest", "-q", "--cov=shakedown", "--cov-context=test", "--cov-report=")
+    assert not done.returncode, done.stdout
+    data, found = CoverageData(str(copy / ".coverage")), {}
+    data.read()
+    for name in data.measured_files():
+        path = str(Path(name).relative_to(copy)).replace("shakedown/cli/", "cli/")
+        lines = data.contexts_by_lineno(name)
+        found[path] = {line: {_test(context) for context in lines[line] if context} for line in lines}
     return found
+
+
+def _test(context: str) -> str:
+    """The test of a context, without its parameters; its whole file where a fixture runs."""
+    test, _, when = context.rpartition("|")
+    return test.split("::" if when == "setup" else "[")[0]
 
 
 def _failed(copy: Path, tests: list[str]) -> str:
