@@ -15,9 +15,9 @@ from shakedown.assessment.transient_limit import SlipLimit
 from shakedown.bounds.bound_result import Bound, open_ends
 from shakedown.bounds.critical import CriticalLoadFactors, critical_load_factors
 from shakedown.bounds.registry import BOUNDS, Claim, kinds_of, takes_long
-from shakedown.ground.argument_kinds import check_seed
+from shakedown.ground.argument_kinds import check_count, check_seed
 from shakedown.ground.constants import CYCLES, MOST_ENTRIES
-from shakedown.ground.errors import Missing, UsageError, present
+from shakedown.ground.errors import Missing, present
 from shakedown.ground.shown_values import at_lambda, nodes_in_words, plain, short
 from shakedown.ground.status import Guarantee, Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -368,8 +368,7 @@ def verify(
     """
     if random_states is None:
         random_states = 1 if takes_long(problem) else 3
-    if not 0 <= random_states <= MOST_ENTRIES:
-        raise UsageError(f"random states: expected 0 to {MOST_ENTRIES:,}, found {random_states}")
+    check_count("random states", random_states, MOST_ENTRIES, least=0)
     check_seed(seed)
     for load_factor in load_factors or ():
         check_load_factor(load_factor, problem)

@@ -472,11 +472,10 @@ def _widest(low: FloatArray, high: FloatArray, drift: FloatArray) -> FloatArray:
     """The largest range within any window of one period, where slips (s, n) continue with the drift."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d  # imported late, as few joints ratchet
 
-    s = len(low)
-    window = {"size": s, "axis": 0, "mode": "nearest"}
+    window = {"size": len(low), "axis": 0, "mode": "nearest"}  # those that the ends cut off are in others
     highest = maximum_filter1d(np.vstack([high, high[1:] + drift]), **window)
     lowest = minimum_filter1d(np.vstack([low, low[1:] + drift]), **window)
-    return (highest - lowest)[s // 2 : s // 2 + s].max(axis=0)
+    return (highest - lowest).max(axis=0)
 
 
 def statuses(settled: Settled, tolerances: Tolerances) -> tuple[str, ...]:

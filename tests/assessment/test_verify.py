@@ -47,6 +47,7 @@ def test_an_unsafe_mean_load_is_planned_from_the_least_safe_load_factor(problem:
     assert report.agrees, report.disagreements
     judged = {run.region for run in report.runs if run.agrees}
     assert {UNSAFE, "between"} <= judged
+    assert report.assessment.proved_from_this_state == 0.0  # from no load on
 
 
 def second(status: Status, load_factor: float) -> ConicBound:
@@ -80,19 +81,24 @@ def test_both_methods_say_the_same_where_no_node_collapses(joint: Problem) -> No
 
 
 @pytest.mark.parametrize(("largest", "size"), [(2.0, 2.0), (inf, 1.0)])
-@pytest.mark.parametrize(("share", "differ"), [(0.9, []), (1.1, [False])])
-def test_bounds_differ_by_a_share_of_the_largest_or_of_the_nominal_load(largest, size, share, differ) -> None:
+@pytest.mark.parametrize(
+    ("share", "unit", "differ"), [(0.9, 1.0, []), (1.1, 1.0, [False]), (1.1, 1.2, [None])]
+)
+def test_bounds_differ_by_a_share_of_the_largest_or_of_the_nominal_load(largest, size, share, unit, differ):
+    """Unless the other solver tells no smaller differences apart in the unit of its load factors."""
     limits = stated(lower={"load_factor": 0.0}, upper={"load_factor": largest})
-    methods = second(Status.OPTIMAL, share * DEFAULT.agreement * size), second(Status.OPTIMAL, largest)
+    one = replace(second(Status.OPTIMAL, share * DEFAULT.agreement * size), unit=unit * size)
     bounds = module.ShakedownBounds(limits.lower, limits.upper)
-    found = module.independent_findings(bounds, module.SecondBounds(*methods, 2), DEFAULT)
+    methods = module.SecondBounds(one, second(Status.OPTIMAL, largest), 2)
+    found = list(module.independent_findings(bounds, methods, DEFAULT))
     assert [verdict for verdict, _ in found] == differ
 
 
 def test_a_second_method_that_gives_up_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "conic_upper_bound", lambda *_, **__: second(Status.UNDECIDED, np.nan))
-    report = shakedown.verify(shakedown.example("one-node"), random_states=0)
+    report = shakedown.verify(shakedown.example("one-node"), random_states=0, budget=1)
     assert report.agrees
+    assert report.critical.total == report.limits.subsets == 1
     assert report.open_questions == ()
     (note,) = report.notes
     assert note.startswith(
@@ -119,6 +125,7 @@ def test_every_piece_of_work_is_told_to_the_end() -> None:
 def test_a_bound_of_total_slip_beyond_the_ball_is_simulated_just_below(joint: Problem) -> None:
     report = shakedown.verify(joint, random_states=0, budget=0)
     here = report.limits.from_state
+    assert report.critical is None
     assert (here.symbol, here.load_factor) == ("λ_S", report.limits.accumulated.load_factor)
     assert here.load_factor > report.limits.energy.load_factor
     last = max((run for run in report.runs if run.bounded), key=lambda run: run.load_factor)
@@ -221,7 +228,7 @@ def test_bounds_and_simulations_agree(found):
     transient = found.transient
     assert found.limits.energy.load_factor * (1 - 1e-9) <= transient.load_factor < transient.cycling
     assert transient.proved <= transient.load_factor <= found.limits.upper.load_factor
-    assert found.second.lower is None
+    assert (found.second.lower, found.second.nodes) == (None, 0)
     assert found.second.upper.load_factor == pytest.approx(found.limits.upper.load_factor, rel=1e-7)
 
 
@@ -239,10 +246,14 @@ def test_a_ball_of_the_plan_holds_what_is_proved():
     energy, upper = limits.energy.load_factor, limits.upper.load_factor
     for load_factor in (0.9 * energy, 0.5 * (energy + upper)):
         ball = limits.ball_at(load_factor)
-        assert ball.radius > 0
+        largest, below = shakedown.energy_ball(limits.problem, load_factor), load_factor < energy
+        held = (
+            np.zeros(8) if below else 0.5 * (limits.energy.slip + limits.upper.slip)
+        )  # safe halfway between
+        assert 0 < ball.radius <= largest.radius * (1 + 1e-9)
+        assert ball.radius - ball.distance(held) > largest.radius - largest.distance(held)
         assert limits.ball_at(load_factor) is ball
-        assert bool(ball.contains(np.zeros(8))) == (load_factor < energy)
-    assert ball.contains(0.5 * (limits.energy.slip + limits.upper.slip))  # safe halfway between the limits
+        assert bool(ball.contains(np.zeros(8))) == below
     assert isinstance(limits.ball_at(1.01 * upper), Missing)
 
 

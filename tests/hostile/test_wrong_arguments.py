@@ -190,7 +190,7 @@ WRONG = [
     (lambda: shakedown.verify(JOINT, seed="a"), "seed: expected a whole number, found 'a'"),
     (lambda: shakedown.verify(JOINT, load_factors=[None]), "load factors: expected several numbers"),
     (lambda: shakedown.verify(JOINT, random_states=True), "random states: expected a whole number"),
-    (lambda: shakedown.verify(JOINT, random_states=2**62), "random states: expected 0 to 1,000,000"),
+    (lambda: shakedown.verify(JOINT, random_states=2**62), "random states: expected a whole number from 0 to 1,000,000"),
     (lambda: shakedown.initial_state_map(JOINT, 1e308, states=8), "load factor: expected reactions up to"),
     (lambda: shakedown.sweep(JOINT, {}), "expected one or two parameters by name"),
     (lambda: shakedown.sweep(JOINT, "f"), "vary: expected a dictionary, found 'f'"),
