@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg import null_space
 
 from shakedown.ground.constants import BATCH, DISTINCT, NEGLIGIBLE, RESOLVED, FloatArray, Mask
 from shakedown.ground.shown_values import count, cycles_in_words, nodes_in_words
@@ -159,8 +160,7 @@ class LimitSearch:
         k, stuck = affine.k, affine.stuck[: affine.t]
         J, d, moving = affine.power.ravel()[: k * k].reshape(k, k), affine.change[:k], affine.moves[:k]
         motions = rigid_slips(self.evolution.problem).motions
-        sizes, turn = np.linalg.svd(motions[np.delete(stuck, moving)])[1:]
-        motions = motions @ turn[np.count_nonzero(sizes > NEGLIGIBLE * np.abs(motions).max(initial=0.0)) :].T
+        motions = motions @ null_space(motions[np.delete(stuck, moving)], rcond=NEGLIGIBLE)
         Z = np.linalg.qr(motions[stuck[moving]])[0]
         rest = np.eye(k) - Z @ Z.T
         deflated = rest @ J @ rest

@@ -134,10 +134,8 @@ class SteadySearch:
             slip = self.cycles.slip(1, p)
             size = float(np.linalg.norm(slip * measure.slips))
             slips = float((slip * self.rules.stiffness).max()) > self.rules.noise
-            if not slips or changes[p - 1] > max(PERIODIC * size, round_off):
-                self.repeated[p - 1] = 0
-                continue
-            self.repeated[p - 1] += 1
+            again = slips and changes[p - 1] <= max(PERIODIC * size, round_off)
+            self.repeated[p - 1] = self.repeated[p - 1] + 1 if again else 0
             if self.repeated[p - 1] > p and changes[: p - 1].min(initial=np.inf) > self._may_approach(p):
                 found = self._slips_for_ever(p)
                 if found is not None:
