@@ -285,6 +285,11 @@ def test_a_band_holds_every_run_and_is_a_line_where_the_cycle_is_unique(coupled)
     assert "from 26 initial slips" in words(damping_curve(band))
 
 
+@pytest.mark.parametrize(("amplitude", "slips"), [(0.99, False), (1.1, True)])
+def test_drawn_states_are_those_that_loads_of_this_amplitude_leave(amplitude, slips):
+    assert damping(jenkins(), [amplitude], states=10).states.any() == slips
+
+
 def test_states_may_be_given_and_followed_by_an_executor(tmp_path):
     problem = coupled_pair(shakedown.example("two-node").B)
     states = [[0.0, 0.0], [2.0, -1.0], [-1.0, 2.0]]

@@ -1,5 +1,6 @@
 """Scanned limits, bisected from the state asked about: up to where a joint shakes down, or slips less than a length."""
 
+from bisect import bisect_left
 from functools import partial
 from types import SimpleNamespace
 
@@ -10,7 +11,7 @@ from joints import any_joint
 import shakedown
 from shakedown import Problem
 from shakedown.assessment import transient_limit as transient_module
-from shakedown.assessment.transient_limit import History, scanned_limit, slip_limit
+from shakedown.assessment.transient_limit import BELOW, History, scanned_limit, slip_limit
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT
 
@@ -107,7 +108,7 @@ class Stated(History):
 @pytest.mark.parametrize("name", ["two-node", "two-node-3d"])
 @pytest.mark.parametrize("beyond", [Outcome.CYCLIC_SLIP, Outcome.UNDECIDED])
 @pytest.mark.parametrize("long", [False, True])
-@pytest.mark.parametrize("until", [0.995, 0.5])
+@pytest.mark.parametrize("until", [0.99957, 0.5])
 def test_the_change_is_enclosed_and_a_proof_is_found_as_near_as_there_is_one(
     monkeypatch, name, beyond, long, until
 ):
@@ -123,7 +124,12 @@ def test_the_change_is_enclosed_and_a_proof_is_found_as_near_as_there_is_one(
         assert found.low < change <= found.high
         width = top * (1e-3 if coarse else accuracy)
         assert (0.0 if long else 0.49) * width < found.high - found.low <= width
-        assert 0.985 * change < found.proved <= until * change or (until == 0.5 and np.isnan(found.proved))
+        if until > 0.9:  # in space the two shares next to it are bisected
+            least = max(1.0 - until * change / found.low, 0.0)
+            at = bisect_left(BELOW, least)
+            apart = (0.3 if problem.directions == 2 else 1.0) * (BELOW[at] - BELOW[max(at - 1, 0)])
+            assert least - 1e-12 <= 1.0 - found.proved / found.low <= min(BELOW[at], least + apart) + 1e-12
+        assert np.isnan(found.proved) == (until == 0.5)
         assert found.monotone
         assert found.cycling == (np.inf if beyond == Outcome.UNDECIDED else found.high)
         assert len(found.scanned) < 60

@@ -28,15 +28,22 @@ def plain(problem, load_factor, start, cycles):
     return np.array(slips)
 
 
+SIDES = pytest.mark.parametrize("put", [lambda plane: plane, embedded], ids=["plane", "space"])
+
+
+@SIDES
 @pytest.mark.parametrize("case", FAMILY)
-def test_period_two_is_recognised(case):
+def test_period_two_is_recognised(case, put):
     *data, load_factor, start = case
-    problem = member(*data)
+    problem = put(member(*data))
+    start = np.kron(start, [1.0, 0.0][: problem.directions])
     state = shakedown.long_term_state(problem, load_factor, start)
     assert (state.outcome, state.period) == ("cyclic-slip", 2)
     first, second = state.dissipations
     assert abs(first - second) > 0.1 * max(first, second)
     slips = plain(problem, load_factor, start, 200)
+    steps = np.linalg.norm(slips[2:] - slips[:-2], axis=1)
+    assert state.contraction == pytest.approx(np.sqrt(steps[8] / steps[6]), rel=1e-3)
     assert np.abs(slips[-1] - slips[-3]).max() <= 1e-9
     assert np.abs(slips[-1] - slips[-2]).max() > 0.01
     distance = np.abs(slips[-2:] - state.final_slip).max(axis=1).min()
@@ -54,7 +61,7 @@ def test_slow_approach_is_decided_in_a_handful_of_cycles(ratio):
         assert plain(problem, 0.9, None, 400)[-1] == pytest.approx(state.final_slip, rel=1e-9)
 
 
-@pytest.mark.parametrize("put", [lambda plane: plane, embedded], ids=["plane", "space"])
+@SIDES
 def test_a_floating_body_ratchets(put):
     """By 2 (λ |q| − f p) with the smaller pressure, one node after the other."""
     problem = put(walking())
@@ -129,7 +136,8 @@ def test_products_of_the_places_that_change_are_whole_products(moved):
     rng, changes = np.random.default_rng(0), np.zeros((3, 120))
     root, places = rng.normal(size=(MANY_ROWS + 1, 120)), list(moved)
     changes[:, places] = rng.normal(size=(3, len(places)))
-    np.testing.assert_allclose(product(root, changes), changes @ root.T, rtol=0.0, atol=1e-12)
+    for change in (changes, changes[0]):
+        np.testing.assert_allclose(product(root, change), change @ root.T, rtol=0.0, atol=1e-12)
 
 
 TWO_NODE = shakedown.example("two-node")

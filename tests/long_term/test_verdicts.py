@@ -217,7 +217,8 @@ def test_where_no_ball_holds_a_state_the_slip_to_come_is_bounded(name, load_fact
 
 
 @pytest.mark.parametrize("name", ["two-node", "four-node-3d"])
-def test_a_known_bound_of_the_start_proves_what_a_ball_about_the_end_does(name):
+@pytest.mark.parametrize("share", [0.0, 0.95])
+def test_a_known_bound_of_the_start_proves_what_a_ball_about_the_end_does(name, share):
     """With the same margin of the state at rest; from the start on, instead of after some cycles."""
     states = []
     for known in (False, True):
@@ -225,7 +226,7 @@ def test_a_known_bound_of_the_start_proves_what_a_ball_about_the_end_does(name):
         limits = shakedown.assess(joint).details
         if known:
             limits.note_what_is_known()
-        states.append(shakedown.long_term_state(joint, 0.95 * limits.energy.load_factor))
+        states.append(shakedown.long_term_state(joint, share * limits.energy.load_factor))
         assert states[-1].proved
     alone, known = states
     assert known.proof_found.cycles == 0 <= alone.proof_found.cycles
