@@ -65,14 +65,8 @@ def stated(factor, unit, amplitude, **changes):
 
 @pytest.mark.parametrize(
     ("factor", "unit", "amplitude"),
-    [
-        (1.0, "N", 3.0),
-        (3.0, "N", 3.0),
-        (1e3, "kN", 3e-3),
-        (0.25, "mN", 3e3),
-        (7.0, "lbf", 3 / 4.4482216152605),
-    ],
-)
+    [(1.0, "N", 3.0), (3.0, "N", 3.0), (1e3, "kN", 3e-3), (0.25, "mN", 3e3), (7.0, "lbf", 3 / 4.4482216152605)],
+)  # fmt: skip
 def test_displacements_of_a_force_are_lengths(factor, unit, amplitude):
     """Whatever unit the load is stated in, and whatever force the numbers of its history stand for."""
     joint = stated(factor, unit, amplitude)
@@ -225,10 +219,9 @@ def test_without_compliance_the_dissipation_is_known():
 def test_wrong_arguments_are_named(change, line):
     with pytest.raises(UsageError, match=line):
         damping(jenkins(), **({"amplitudes": [1.0]} | change))
-
-
-def test_a_name_of_two_loads_is_the_name_of_none():
-    with pytest.raises(UsageError, match="load: expected one of 0 to 2, 'bolt', found 'force'"):
+    with pytest.raises(
+        UsageError, match="load: expected one of 0 to 2, 'bolt', found 'force'"
+    ):  # of two loads
         damping(shakedown.example("bolted-flange"), [1.0], load="force")
 
 

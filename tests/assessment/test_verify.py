@@ -17,17 +17,7 @@ from shakedown import Problem
 from shakedown.assessment import assess as module
 from shakedown.assessment import plan
 from shakedown.assessment import verify as verify_module
-from shakedown.assessment.plan import (
-    ABOVE,
-    BELOW,
-    BETWEEN,
-    IN_ZONE,
-    NO_ZONE,
-    OUTSIDE,
-    PROVED,
-    UNSAFE,
-    region_of,
-)
+from shakedown.assessment.plan import ABOVE, BELOW, BETWEEN, IN_ZONE, NO_ZONE, OUTSIDE, PROVED, UNSAFE
 from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
 from shakedown.ground.errors import Missing
 from shakedown.ground.status import Status
@@ -182,7 +172,7 @@ def test_one_load_factor_is_followed_a_little_inside_of_every_region(bounds, fol
     limits = stated(**bounds)
     factors = plan.default_load_factors(limits)
     assert factors == pytest.approx([*followed], rel=1e-12)
-    assert [region_of(factor, limits) for factor in factors] == [*followed.values()]
+    assert [plan.region_of(factor, limits) for factor in factors] == [*followed.values()]
 
 
 @pytest.mark.parametrize("open_nodes", [(0,), (1,)])

@@ -102,16 +102,6 @@ def test_a_joint_whose_moving_nodes_nothing_holds_is_undecided():
     assert all(run.simulation.outcome == "undecided" for run in runs)
 
 
-def settled(
-    problem: shakedown.Problem, load_factor: float, start: np.ndarray | None
-) -> shakedown.LongTermState:
-    """What the search finds."""
-    motion = Evolution(problem, load_factor, start)
-    length = motion.scale.length
-    rules = SearchRules(1000, 8, 1e-10 * length, np.ones(problem.n))
-    return SteadySearch(motion, MotionStart.of(motion), rules).run()
-
-
 @pytest.mark.parametrize("name", ["two-node", "three-node", "block-9", "press-fit", "uncoupled"])
 def test_the_search_finds_the_exact_long_term_state(name):
     problem, rng = shakedown.example(name), np.random.default_rng(0)
@@ -121,7 +111,9 @@ def test_the_search_finds_the_exact_long_term_state(name):
             scale = scales(problem, share * largest)
             start = size * scale.length * rng.normal(size=problem.n)
             exact = shakedown.long_term_state(problem, share * largest, start)
-            found = settled(problem, share * largest, start)
+            motion = Evolution(problem, share * largest, start)
+            rules = SearchRules(1000, 8, 1e-10 * scale.length, np.ones(problem.n))
+            found = SteadySearch(motion, MotionStart.of(motion), rules).run()
             assert found.outcome == exact.outcome, found.reason
             apart = np.abs(found.final_slip - exact.final_slip).max()
             assert apart <= min(3 * found.error, 1e-7 * scale.length)
@@ -142,11 +134,7 @@ def test_products_of_the_places_that_change_are_whole_products(moved):
 
 TWO_NODE = shakedown.example("two-node")
 LOWER, UPPER = shakedown.lower_bound(TWO_NODE), shakedown.upper_bound(TWO_NODE)
-
-
 METHODS = pytest.mark.parametrize("method", ["event", "gauss-seidel"])
-
-
 STARTS = UPPER.slip + 3.0 * np.random.default_rng(1).uniform(-1, 1, (8, 2))
 
 
@@ -190,16 +178,10 @@ BESIDE = {
 }  # fmt: skip
 LIFTED = [  # changes of the node, outcome, nodes that stay open, slip per cycle, what is said
     ({"p_w": [[-1.0]]}, Outcome.SHAKEDOWN, (0,), [0.0], ""),
-    (
-        {"q_w": [[0.0]] * 2, "p_w": [[1.0], [-0.5]]},
-        Outcome.SEPARATION,
-        (),
-        [0.0],
-        "closing every cycle: node 0",
-    ),
+    ({"q_w": [[0.0]] * 2, "p_w": [[1.0], [-0.5]]}, Outcome.SEPARATION, (), [0.0], "closing every cycle: node 0"),
     (BESIDE, Outcome.CYCLIC_SLIP, (1,), [2.0, 0.0], ""),
     ({"p_w": [[-1.0]], "C": None}, Outcome.UNDECIDED, (), [np.nan], "lifts off"),
-]
+]  # fmt: skip
 
 
 @METHODS

@@ -163,6 +163,23 @@ def test_a_slow_drift_beside_a_large_slip_is_ratchetting(in_space, decades):
     assert long_term_states(joined(parts), 1.0, np.zeros((1, 3 * d))).outcome.tolist() == ["ratchetting"]
 
 
+@pytest.mark.parametrize("lever", [1e-6, 1.0])
+@pytest.mark.parametrize("seed", [16, 18])
+def test_a_body_that_sticks_beside_one_that_walks_changes_nothing(seed, lever):
+    """Two rigid slips of one part: the other body's slips, one of them ``lever`` of the other, would press on it."""
+    joint = joint_of_kind(np.random.default_rng(seed), "floating")
+    alone, right = Problem(A=joint.A, B=joint.B, f=joint.f, q_w=joint.q_w, p_w=joint.p_w), ((0, 0), (0, 2))
+    A, B = np.zeros((2, joint.n + 2, joint.n + 2))
+    A[:-2, :-2], A[-2:, -2:] = joint.A, np.outer([1.0, -lever], [1.0, -lever])
+    B[:-2, :-2], B[:-2, -2:] = joint.B, [0.1, -0.1 * lever]
+    q_w, p_w = np.pad(joint.q_w, right), np.pad(joint.p_w, right, constant_values=1.0)
+    both = Problem(A=A, B=B, f=np.append(joint.f, [1.0, 1.0]), q_w=q_w, p_w=p_w)
+    walks, beside = (shakedown.long_term_state(each, 1.0) for each in (alone, both))
+    assert walks.outcome == beside.outcome == Outcome.RATCHETTING
+    assert walks.cycles_simulated == beside.cycles_simulated < 20
+    assert beside.drift == pytest.approx([*walks.drift, 0.0, 0.0], rel=1e-9, abs=1e-14)
+
+
 @pytest.mark.parametrize("decades", [-3, 0])
 @pytest.mark.parametrize("kind", ["plane", "space"])
 def test_the_outcome_is_the_worst_of_the_parts(kind, decades):

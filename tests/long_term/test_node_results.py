@@ -57,10 +57,7 @@ CASES = {
     "partly open": lambda: (partly_open(SOME[0]), 2.0, None),
     "stays open": lambda: (JUMP, 1.0, given(JUMP)),
     "at rest": lambda: (shakedown.example("two-node"), 0.5, None),
-    **{
-        f"any {seed}": lambda seed=seed: (any_joint(np.random.default_rng(seed)), 1.0, None)
-        for seed in range(6)
-    },
+    **{f"any {k}": lambda k=k: (any_joint(np.random.default_rng(k)), 1.0, None) for k in range(6)},
 }
 
 
@@ -76,9 +73,8 @@ def test_works_add_up_to_the_dissipation_and_slips_are_those_of_the_state(settle
     total = state.friction_dissipation_per_cycle
     assert nodes.work.sum() == pytest.approx(total, rel=1e-13, abs=1e-300)
     assert (nodes.work >= -1e-12 * abs(total)).all()
-    assert problem.f * nodes.wear_volume == pytest.approx(
-        WEAR * nodes.work, rel=1e-9, abs=1e-12 * WEAR * total
-    )
+    worn = pytest.approx(WEAR * nodes.work, rel=1e-9, abs=1e-12 * WEAR * total)
+    assert problem.f * nodes.wear_volume == worn
     assert state.period * nodes.accumulated_slip == pytest.approx(state.slip_per_cycle, rel=1e-15)
 
 

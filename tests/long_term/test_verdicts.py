@@ -64,20 +64,18 @@ def test_friction_and_jumps_together_take_what_the_loading_puts_in(name, load_fa
     assert parts == state.dissipation_per_cycle
 
 
-def with_less_friction(monkeypatch, share=0.9):
-    """An integrator that slips too early: it works with a smaller coefficient of friction than the joint's."""
-    honest = Evolution.__init__
+def test_a_path_that_breaks_the_friction_law_decides_nothing(monkeypatch):
+    """Of an integrator that slips too early: its coefficient of friction is smaller than the joint's."""
+    problem, honest = (
+        replace(shakedown.example("two-node")),
+        Evolution.__init__,
+    )  # no integrator is kept for it
 
     def wrong(self, *arguments, **options):
         honest(self, *arguments, **options)
-        self.method.active.f[:] *= share
+        self.method.active.f[:] *= 0.9
 
     monkeypatch.setattr(Evolution, "__init__", wrong)
-
-
-def test_a_path_that_breaks_the_friction_law_decides_nothing(monkeypatch):
-    problem = replace(shakedown.example("two-node"))  # for which no integrator is kept, nor will be
-    with_less_friction(monkeypatch)
     for answer in (shakedown.long_term_state(problem, 1.0), shakedown.simulate(problem, 1.0, record=True)):
         assert answer.outcome == "undecided"
         assert "the friction law is violated" in answer.reason
@@ -182,21 +180,16 @@ def test_in_space_what_cannot_come_to_rest_slips_before_its_cycle_is_found():
     assert state.outcome == "undecided"
 
 
-def one_slow_node() -> shakedown.Problem:
-    """A node half a million times softer across its load: what it slips there takes thousands of cycles."""
+def test_no_verdict_contradicts_what_is_proved():
+    """Of a node half a million times softer across its load: what it slips there takes thousands of cycles."""
     t = 2.0 * np.pi * np.arange(14)[:, None] / 14
     q_w = np.hstack([0.109 + 0.435 * np.cos(t), -0.174 + 0.1 * np.cos(t)])
     A, B = [[389.0, -0.05], [-0.05, 7e-4]], [[0.162, -1.4e-4]]
-    return shakedown.Problem(A=A, B=B, C=[[0.0053]], f=0.3, q_w=q_w, p_w=2.1 + 0.139 * np.cos(t))
-
-
-def test_no_verdict_contradicts_what_is_proved():
-    joint, share = one_slow_node(), 0.9999
-    proved = shakedown.energy_bound(joint).load_factor
-    state = shakedown.long_term_state(joint, share * proved, max_cycles=40)
-    assert state.outcome == "shakedown"
-    assert state.proved
-    states = shakedown.long_term_states(joint, share * proved, np.zeros((1, 2)), max_cycles=40)
+    joint = shakedown.Problem(A=A, B=B, C=[[0.0053]], f=0.3, q_w=q_w, p_w=2.1 + 0.139 * np.cos(t))
+    below = 0.9999 * shakedown.energy_bound(joint).load_factor
+    state = shakedown.long_term_state(joint, below, max_cycles=40)
+    assert (state.outcome, state.proved) == ("shakedown", True)
+    states = shakedown.long_term_states(joint, below, np.zeros((1, 2)), max_cycles=40)
     assert states.outcome.tolist() == ["shakedown"]
 
 
