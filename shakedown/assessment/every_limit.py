@@ -144,7 +144,7 @@ def _shares(limits: "JointLimits") -> FloatArray:
     """The share of every node in the multipliers that prove λ_max, (n,); NaN where there are none."""
     problem, upper = limits.problem, limits.upper
     rows = constraints(problem)
-    if upper.status != Status.OPTIMAL or len(upper.multipliers) != len(rows.d):
+    if upper.status != Status.OPTIMAL:
         return np.full(problem.n, nan)
     parts = np.abs(np.bincount(rows.node, upper.multipliers * rows.d, minlength=problem.n))
     return np.asarray(parts / parts.sum())

@@ -195,7 +195,7 @@ class _Optimum:
     scale : (k,)
         What a row is multiplied by.
     needs : (k,)
-        What the ball takes of the slack per friction of the node [force].
+        What the ball takes of the slack per friction of the node [force]; of no meaning for gaps.
     """
 
     zone: Zone
@@ -319,7 +319,7 @@ def _of_energy(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Optimum | N
     if (at_tip and s.any()) or not _are_independent(slopes, d, tolerances):
         return None
     row, before = _numbered(zone, len(limits.rows.g) > len(zone.constraints.g), chosen)
-    widening = np.append(spread_slopes(zone.joint, metric, limits.rows.spread[: 2 * zone.joint.n]), 0.0)
+    widening = spread_slopes(zone.joint, metric, limits.rows.spread[: 2 * zone.joint.n])
     return _Optimum(
         zone=zone,
         load_factor=bound.load_factor,
@@ -328,7 +328,7 @@ def _of_energy(zone: Zone, bound: Bound, tolerances: Tolerances) -> _Optimum | N
         before=before,
         multipliers=y / (y @ d),
         scale=np.where(row < len(zone.constraints.g) - len(zone.open_nodes), 1.0, metric.scale),
-        needs=reach * widening[np.where(zone.constraints.sided[row], row, -1)],
+        needs=reach * widening[np.where(zone.constraints.sided[row], row, 0)],
     )
 
 

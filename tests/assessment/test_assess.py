@@ -49,6 +49,8 @@ def test_the_numbers_are_those_of_the_bounds(problem):
 
 def test_a_state_known_to_a_distance_has_what_its_ball_proves():
     found = shakedown.assess(shakedown.example("pair-cycle"), distance=1.0)
+    assert "distance=1" in repr(found.details)
+    assert "zone" not in repr(found.details)
     assert found.proved_from_this_state == found.details.energy.load_factor < found.proved_from_every_state
 
 
@@ -126,6 +128,7 @@ def test_of_open_nodes_nothing_is_excluded_and_the_bounds_do_not_decide():
     assert (found.impossible_above, found.verdict) == (np.inf, LimitsVerdict.OPEN)
     closed = shakedown.assess(RECEDING, open_nodes=())
     assert (closed.impossible_above, closed.verdict) == (0.0, LimitsVerdict.IMPOSSIBLE)
+    assert np.isnan(closed.details.mesh.edge_share)
 
 
 def test_one_joint_has_one_transient_limit():
@@ -179,11 +182,8 @@ def test_a_load_factor_within_the_enclosure_of_the_largest_is_not_said_to_be_imp
     turn = 2 * np.pi * np.arange(8) / 8
     B = np.zeros((2, 4))
     B[[0, 1], [0, 2]] = 0.3
-    loads = {
-        "q_w": np.outer(np.cos(turn), [0.04, 0, 0, 0]),
-        "p_w": np.stack([np.ones(8), 1 + np.cos(turn)], 1),
-    }
-    joint = shakedown.Problem(A=2 * np.eye(4), B=B, C=2 * np.eye(2), f=[0.5, 0.0], **loads)
+    q_w, p_w = np.outer(np.cos(turn), [0.04, 0, 0, 0]), np.stack([np.ones(8), 1 + np.cos(turn)], 1)
+    joint = shakedown.Problem(A=2 * np.eye(4), B=B, C=2 * np.eye(2), f=[0.5, 0.0], q_w=q_w, p_w=p_w)
     found = shakedown.assess(joint)
     low, high = found.details.upper.certified
     assert low <= 1.0 <= high

@@ -8,6 +8,7 @@ import pytest
 from joints import joint_of_kind
 
 import shakedown
+from benchmarks.problems import in_units
 from shakedown.assessment.sensitivities import KINDS, sensitivities
 from shakedown.joint.constraints import loading
 
@@ -114,13 +115,8 @@ def test_where_several_nodes_limit_alike_there_is_no_derivative(bound):
 
 
 def test_where_load_steps_with_unlike_pressures_limit_alike_friction_has_no_derivative():
-    loads = {
-        "q_w": [[1.0], [2.0], [-1.0]],
-        "p_w": [[10.0], [12.0], [10.0]],
-        "q_mean": [0.0],
-        "p_mean": [10.0],
-    }
-    problem = shakedown.Problem(A=[[1.0]], B=[[0.0]], f=0.5, **loads)
+    loads = {"q_w": [[1.0], [2.0], [-1.0]], "p_w": [[10.0], [12.0], [10.0]]}
+    problem = shakedown.Problem(A=[[1.0]], B=[[0.0]], f=0.5, q_mean=[0.0], p_mean=[10.0], **loads)
     found = upper(problem)
     known = sensitivities(problem, found)
     fallen, grown = on_each_side(problem, upper, found.load_factor, "friction", 0)
@@ -133,7 +129,7 @@ def test_where_load_steps_with_unlike_pressures_limit_alike_friction_has_no_deri
 
 @pytest.mark.parametrize("name", ["two-node", "block-9", "cantilevered-block"])
 def test_all_constant_loads_together_count_as_one_and_all_amplitudes_as_minus_one(name):
-    problem = shakedown.example(name)
+    problem = in_units(shakedown.example(name), 2.0**40, 2.0**-20)
     for bound in (upper(problem), energy(problem)):
         if bound.status != "optimal":
             continue

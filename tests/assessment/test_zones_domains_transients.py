@@ -183,11 +183,9 @@ def test_a_gentle_transient_leaves_a_safe_slip_where_it_is():
 def test_a_slip_that_is_safe_through_the_transient_stays_where_it_is(seed):
     rng = np.random.default_rng(seed)
     problem = replace(joint_of_kind(rng, "loose"), f=0.4)
-    k, n = 2, problem.n
     p_mean = 4.0 + np.abs(problem.p_w)
-    problem = replace(
-        problem, p_w=p_mean, q_transient=0.3 * rng.normal(size=(k, n)), p_transient=p_mean[:1].repeat(k, 0)
-    )
+    before = {"q_transient": 0.3 * rng.normal(size=(2, problem.n)), "p_transient": p_mean[:1].repeat(2, 0)}
+    problem = replace(problem, p_w=p_mean, **before)
     upper, lasting = shakedown.upper_bound(problem), shakedown.upper_bound(problem, transient=True)
     assert lasting.load_factor <= upper.load_factor * (1 + 1e-9)
     assert through_transient(problem).excess(lasting.slip, lasting.load_factor).max() <= 1e-9 * p_mean.max()

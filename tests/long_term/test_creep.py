@@ -114,6 +114,7 @@ def test_the_wedge_bound_needs_its_signs():
 def test_drift_may_vanish_above_the_least_load_factor_that_creeps():
     limit = shakedown.creep_limit(WINDOW)
     assert limit.load_factor == pytest.approx(10 / 7, rel=1e-5)
+    assert limit.certain == pytest.approx((10 / 7, 3 / 2))
     assert limit.proved <= limit.load_factor
     assert np.abs(shakedown.long_term_state(WINDOW, 2.0).drift).max() > 0.5
     assert shakedown.long_term_state(WINDOW, 2.01).outcome == Outcome.CYCLIC_SLIP
@@ -224,9 +225,8 @@ def test_a_body_slides_where_the_sum_of_its_loads_exceeds_that_of_its_limits(see
     """Or where a node lifts off: slip, which changes no limit here, shares the loads out in any way."""
     joint = drawn(seed, coupled=False)
     loop = loading(joint)
-    q0, q1, limit0, limit1 = (
-        x.sum(axis=-1) for x in (loop.q0, loop.q1, joint.f * loop.p0, joint.f * loop.p1)
-    )
+    parts = loop.q0, loop.q1, joint.f * loop.p0, joint.f * loop.p1
+    q0, q1, limit0, limit1 = (x.sum(axis=-1) for x in parts)
     ends = [(limit0 - s * q0) / np.maximum(s * q1 - limit1, 1e-300) for s in (1.0, -1.0)]
     lifted = loop.p0 / np.maximum(-loop.p1, 1e-300)
     (body,) = sliding_bodies(joint)

@@ -9,7 +9,7 @@ from benchmarks.space_verdicts import random_joint
 from shakedown import Outcome, Problem, Tolerances
 from shakedown.joint.constraints import slip_reach
 from shakedown.long_term.motion_start import MotionStart
-from shakedown.long_term.space.followed_cycles import SearchRules
+from shakedown.long_term.space.followed_cycles import SearchRules, is_held
 from shakedown.long_term.space.steady_search import SteadySearch
 from shakedown.motion.evolution import Evolution
 
@@ -31,6 +31,7 @@ def test_the_error_is_that_of_a_finer_path(name, share):
     ends = [motion.cycle().end_slip for _ in range(found.cycles_simulated)]
     before, last = np.linalg.norm(np.diff(ends[-3:], axis=0), axis=1)
     assert last == pytest.approx(found.contraction * before, rel=1e-3, abs=1e-12)
+    assert (found.contraction == 0.0) == (last == 0.0)
 
 
 def test_a_motion_goes_on_from_the_cycles_that_are_stored():
@@ -163,9 +164,7 @@ def test_a_cycle_that_takes_next_to_no_work_is_one():
     friction = 1e-12
     q_w = np.zeros((4, 4))
     q_w[0, 2], q_w[2, 2], q_w[1, 0], q_w[3, 0] = 1.0, -1.0, 0.3, -0.3
-    joint = shakedown.Problem(
-        A=np.eye(4), B=np.zeros((2, 4)), f=[0.5, friction], q_w=q_w, p_w=np.full((4, 2), 2.0)
-    )
+    joint = Problem(A=np.eye(4), B=np.zeros((2, 4)), f=[0.5, friction], q_w=q_w, p_w=np.full((4, 2), 2.0))
     state = shakedown.long_term_state(joint, 0.5, max_cycles=20)
     assert state.outcome == "cyclic-slip"
     assert state.slip_per_cycle == pytest.approx([0.0, 4.0 * (0.5 - 2.0 * friction)])
@@ -244,6 +243,17 @@ def test_a_walk_is_leapt_over_alike_in_all_units():
     assert found.cycles_simulated == other.cycles_simulated
     np.testing.assert_array_equal(found.final_slip, 2.0**61 * other.final_slip)
     assert found.slip_per_cycle.max() == pytest.approx(2.0**21 * 1.04402e-2, rel=1e-3)
+
+
+@pytest.mark.parametrize(("stuck", "held"), [([0], False), ([1, 2], False), ([0, 1], True), ([0, 3], True)])
+def test_a_body_that_may_turn_is_held_by_nodes_in_two_places(stuck, held):
+    x = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 0.0], [1.0, 3.0]])
+    rigid = np.column_stack([np.tile([1, 0], 4), np.tile([0, 1], 4), (x[:, ::-1] * [-1, 1]).ravel()])
+    rigid, slip, layout = np.linalg.qr(rigid)[0], np.ones(4), shakedown.example("four-node-3d").layout
+    least = 1e-6 * np.linalg.svd(rigid[layout.slips_of(stuck)])[1].min()  # moves the others by 1e-6 at most
+    for slips, there in ((0.0, held), (0.99 * least, held), (1.01 * least, False)):
+        slip[stuck] = slips
+        assert is_held(layout, rigid, slip, np.ones(4)) == there
 
 
 def test_the_error_covers_nodes_that_cease_to_slip_on_a_leap():

@@ -133,9 +133,7 @@ def test_a_stiff_node_slips_little_and_is_seen(directions, method):
 def test_what_slips_is_seen_beside_large_loads_that_rest(directions, pressure):
     d, q = directions, np.zeros((4, directions))
     q[0, 0], q[2, 0] = 1.0, -1.0
-    joint = shakedown.Problem(
-        A=np.eye(d), B=np.zeros((1, d)), f=1.0 / pressure, q_w=q, p_w=np.full((4, 1), pressure)
-    )
+    joint = shakedown.Problem(A=np.eye(d), B=np.zeros((1, d)), f=1.0 / pressure, q_w=q, p_w=[[pressure]] * 4)
     state = shakedown.long_term_state(joint, 1.0001, max_cycles=20)
     assert state.outcome == "cyclic-slip"
     assert state.slip_per_cycle == pytest.approx([4e-4], rel=1e-4)
