@@ -188,9 +188,7 @@ def near(value):
 REST, CYCLES, WALKS = Outcome.SHAKEDOWN, Outcome.CYCLIC_SLIP, Outcome.RATCHETTING
 SLOW = {  # numbers after plain cycles: as many as are said, else of 20,000 to 400,000
     "a drift that fades by 1.1 % a cycle": ([6, 3, 3], 1.3047142828634468, CYCLES, {"slip": pytest.approx(18.0581, rel=1e-4)}),
-    "two slow ways, and a thousandfold growth after 70,000 cycles": (
-        [1, 1, 0], 0.8478724786, CYCLES, {"slip": near(2.5463e-3), "cycles": 4000},
-    ),
+    "two slow ways, and a thousandfold growth after 70,000 cycles": ([1, 1, 0], 0.8478724786, CYCLES, {"slip": near(2.5463e-3), "cycles": 4000}),
     "held by a node that does not slip": ([12, 3, 1], 1.0117698617, CYCLES, {"slip": near(8.488e-5)}),
     "one with an open node, which cannot slip": ([11, 3, 4], 1.4967854052, WALKS, {"slip": near(48.3239)}),
     "to a rest that is known": (
@@ -201,10 +199,7 @@ SLOW = {  # numbers after plain cycles: as many as are said, else of 20,000 to 4
     "that ends in round-off": ([405, 3, 1], 0.696357512172074, REST, {"off": 3e-3, "most": 450}),
     "a cycle that leaps come no nearer to": (
         [35, 1, 1], 0.762250879422505, CYCLES,
-        {
-            "slip": near(2.0488e-3), "off": 1e-3,
-            "ends_at": [-14.0671, 1.55657, 58.6272, 0.0853861, 0.67133, 0.0112912, 0.0255534, 0.113047],
-        },
+        {"slip": near(2.0488e-3), "off": 1e-3, "ends_at": [-14.0671, 1.55657, 58.6272, 0.0853861, 0.67133, 0.0112912, 0.0255534, 0.113047]},
     ),
     "an open node that follows the leaps of others": (
         [44, 77], 3.4193401044142373, CYCLES,

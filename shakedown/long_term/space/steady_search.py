@@ -407,7 +407,7 @@ class SteadySearches:
         if not found.period:
             return []
         motion.state = found.goal
-        motion.enter_cycle(max(found.cycles_simulated - found.period, 1))
+        motion.enter_cycle(1)  # not the first, and no matter which
         with work_again():
             for _ in cycles_of(motion, found.period, record=True):
                 pass
