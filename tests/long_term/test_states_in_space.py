@@ -118,6 +118,8 @@ def test_slip_without_friction_is_a_cycle():
     way = np.diff(np.vstack([q, q[:1]]), axis=0) @ np.linalg.inv(joint.A[:2, :2])
     np.testing.assert_allclose(found.slip_per_cycle, [np.hypot(*way.T).sum(), 0.0], atol=1e-12)
     assert found.friction_dissipation_per_cycle == pytest.approx(0.0, abs=1e-12)
+    worn = shakedown.node_results(found, wear_coefficient=3.0).wear_volume  # by pressures of 1
+    np.testing.assert_allclose(worn, 3.0 * found.slip_per_cycle, atol=1e-12)
 
 
 def test_a_node_that_settles_slowly_does_not_hide_a_drift_beside_it():
@@ -138,8 +140,7 @@ def test_a_node_that_settles_slowly_does_not_hide_a_drift_beside_it():
 
 def test_the_error_has_the_way_of_the_slowest_node():
     """A node slips far, two slide to the middle: the slower one still has all its way to go."""
-    slower = 1e-3
-    wave, none = np.cos(2.0 * np.pi * np.arange(12) / 12), np.zeros(12)
+    slower, wave, none = 1e-3, np.cos(2.0 * np.pi * np.arange(12) / 12), np.zeros(12)
     A = np.diag([1.0, 1.0, 1.0, 0.02, 1.0, 0.02])
     q_w = np.stack([10.0 * wave, none, 1.03 * wave, none, (1.0 + 0.03 * slower) * wave, none], axis=1)
     joint = Problem(A=A, B=np.zeros((3, 6)), f=1.0, q_w=q_w, p_w=np.ones((12, 3)))
@@ -161,8 +162,7 @@ def test_the_error_of_a_state_at_rest_has_what_is_still_to_come():
 
 def test_a_cycle_that_takes_next_to_no_work_is_one():
     """A node that the load carries along against hardly any friction: it slips 4 (λ q − f p) per cycle."""
-    friction = 1e-12
-    q_w = np.zeros((4, 4))
+    friction, q_w = 1e-12, np.zeros((4, 4))
     q_w[0, 2], q_w[2, 2], q_w[1, 0], q_w[3, 0] = 1.0, -1.0, 0.3, -0.3
     joint = Problem(A=np.eye(4), B=np.zeros((2, 4)), f=[0.5, friction], q_w=q_w, p_w=np.full((4, 2), 2.0))
     state = shakedown.long_term_state(joint, 0.5, max_cycles=20)
