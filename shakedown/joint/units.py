@@ -346,7 +346,7 @@ def _steps_in_doubt(problem: Problem) -> Iterator[str]:
     path = np.hstack([problem.q_w, problem.p_w])
     noise = ROUND_OFF * np.abs(path).max()
     onwards = np.abs(np.roll(path, -1, axis=0) - path).max(axis=1)
-    if problem.is_domain or problem.m < 3 or onwards.max() <= noise:
+    if problem.is_domain or onwards.max() <= noise:
         return
     if onwards[-1] <= noise and (problem.q_mean is None or problem.p_mean is None):
         yield (

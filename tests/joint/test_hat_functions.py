@@ -8,7 +8,13 @@ from joints_in_space import random_joint, turned
 
 import shakedown
 from shakedown import UsageError, averaged
-from shakedown.joint.contact_surface import contact_patches, normals_of, surface_of
+from shakedown.joint.contact_surface import (
+    cell_weights,
+    contact_patches,
+    element_count,
+    normals_of,
+    surface_of,
+)
 from shakedown.joint.hat_functions import coarsened, hat_functions, spread_knots
 
 GRID = np.stack(np.meshgrid(np.arange(7.0), np.arange(5.0), indexing="ij"), axis=-1).reshape(-1, 2)
@@ -57,6 +63,41 @@ def test_hats_of_a_patch_are_not_negative_and_give_back_linear_slips(places):
     assert inside.any()
     slope = places @ np.array([0.3, -1.1])
     assert np.allclose((P @ slope[P.argmax(axis=0)])[inside], slope[inside], atol=1e-6)
+    axes = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0]
+    for normal in (None, np.tile(axes[2], (len(places), 1)), np.tile(-axes[2], (len(places), 1))):
+        there = surface_of(on_places(places @ axes[:2], normal))
+        assert there.edge.tolist() == surface.edge.tolist()
+        np.testing.assert_allclose(hat_functions(there, P.argmax(axis=0))[inside], P[inside], atol=1e-9)
+        np.testing.assert_allclose(there.spacing, surface.spacing, rtol=1e-12)
+
+
+@pytest.mark.parametrize("unit", [1e-3, 25.4])
+@pytest.mark.parametrize("angle", [0.0, 0.7, 2.0])
+def test_at_a_straight_edge_hats_are_nearly_those_of_the_line(unit, angle):
+    """The cell of a node at the edge ends 20 distances of its farthest neighbour outside."""
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    found = cell_weights(unit * np.array([[2.0, 0.0], [-1.0, 0.0], [0.5, 1.0]]) @ turn)
+    np.testing.assert_allclose(found, [1 / 3, 2 / 3, 0.0], atol=0.025)
+
+
+def test_elements_are_counted_alike_with_faces_and_without():
+    """By Euler's formula; of two patches, of triangles, around a ring, and without places as in a square."""
+    corners = np.arange(35).reshape(7, 5)
+    quads = np.stack([corners[:-1, :-1], corners[1:, :-1], corners[1:, 1:], corners[:-1, 1:]], axis=-1)
+    flat = on_places(np.column_stack([GRID, 0 * GRID[:, 0]]))
+    halves = np.vstack([quads.reshape(-1, 4)[1:], [[0, 5, 6, -1], [0, 6, 1, -1]]])
+    for joint in (
+        flat,
+        on_places(GRID),
+        replace(flat, faces=quads.reshape(-1, 4)),
+        replace(flat, faces=halves),
+    ):
+        assert element_count(joint) == 24.0
+    assert element_count(on_places(np.vstack([GRID, GRID + 50.0]))) == 48.0
+    assert element_count(random_joint(np.random.default_rng(0), 25)) == pytest.approx(16.0)
+    two_strips = replace(shakedown.example("block-9"), x=[0.0, 1.0, 2.0, 3.0, 9.0, 10.0, 11.0, 12.0, 13.0])
+    assert element_count(two_strips) == 7.0
+    assert element_count(replace(two_strips, x=None)) == 8.0
 
 
 def test_two_patches_that_face_each_other_share_no_hat():
@@ -142,7 +183,7 @@ def test_a_ring_has_no_end_and_its_hats_go_around():
     angle, side = 2 * np.pi * np.arange(12) / 12, 2 * np.sin(np.pi / 12)
     joint = on_a_circle(angle, x=side * np.arange(12))
     surface = surface_of(joint)
-    assert not surface.edge.any()
+    assert (surface.edge.any(), element_count(joint)) == (False, 12.0)
     assert averaged(joint, 2 * side).n == coarsened(joint).n == 6
     P = hat_functions(surface, np.arange(0, 12, 2))
     assert np.allclose(P[11], [0.5, 0, 0, 0, 0, 0.5])

@@ -13,6 +13,7 @@ from hostile.damaged_npz import with_header
 
 import shakedown
 from shakedown import Problem, ProblemError, load_problem, save_problem
+from shakedown.joint.fields import in_range
 from shakedown.joint.problem import AXES
 
 
@@ -164,6 +165,29 @@ def test_what_the_digits_of_a_stiffness_leave_open_is_accepted():
             ProblemError, match=f"positive semi-definite matrix, found the eigenvalue {found}$"
         ):
             Problem(A=a, B=0 * a, f=0.5, **one, stiffness_accuracy=accuracy)
+
+
+@pytest.mark.parametrize("size", [1e-100, 2.0**-40, 1e100])
+def test_what_is_negligible_is_a_share_of_the_largest_entry_up_to_the_limits(size):
+    found = in_range("A", size * np.array([1.0, -2e-30, 5e-31]))
+    assert found.tolist() == [size, size * -2e-30, 0.0]
+    for beyond in (0.999e-100, 1.001e100):
+        with pytest.raises(
+            ProblemError, match="'A': expected the largest magnitude to be 0 or between 1e-100"
+        ):
+            in_range("A", np.array([0.0, -beyond]))
+
+
+@pytest.mark.parametrize(
+    ("key", "most", "least"), [("f", 1e12, 0.0), ("q_w", 1e75, 1e-75), ("initial_slip", 1e100, 0.0)]
+)
+def test_largest_values_may_be_there_but_no_larger_ones(key, most, least):
+    joint = {"A": np.ones((1, 1)), "B": np.zeros((1, 1)), "q_w": np.zeros((1, 1)), "p_w": np.zeros((1, 1))}
+    for size in (most, 1.001 * least):
+        assert Problem(**{"f": 0.5, **joint, key: np.full((1, 1)[key == "f" :], size)}).n == 1
+    for size in (1.001 * most, *[0.999 * least] * (least > 0)):
+        with pytest.raises(ProblemError, match=r"expected .* (up to|between|below) "):
+            Problem(**{"f": 0.5, **joint, key: np.full((1, 1)[key == "f" :], size)})
 
 
 def refused_with_its_name(path):

@@ -223,6 +223,9 @@ def test_units_of_each_load_make_the_loads_at_every_load_factor(load_factor):
     joint = Problem(A=2 * np.eye(2), B=np.zeros((2, 2)), f=0.5, **loads, **acting)
     q, p = loading(joint).at(load_factor)
     np.testing.assert_allclose(units_at(joint, load_factor) @ unit, np.hstack([q, p]), atol=1e-13)
+    for name, at in (("amplitude", (load_factor, 1.0)), ("mean", (1.0, load_factor))):
+        changed = with_parameter(joint, name, load_factor)
+        np.testing.assert_allclose(units_at(changed, 1.0), units_at(joint, *at), atol=1e-13)
 
 
 def test_a_load_that_is_never_there_has_no_unit_of_its_own():
