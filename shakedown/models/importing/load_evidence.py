@@ -105,12 +105,12 @@ class Resultants:
         d = met.normals.shape[1]
         on_second = np.zeros((len(met.master), 3))
         on_second[:, :d] = met.on_master(welded[self.contact.positions(met.labels), :d])
-        rows = (force != 0) & (self.dofs[:, 0] > 0) & np.isin(self.dofs[:, 1], range(1, 7))
+        rows = (force != 0) & np.isin(self.dofs[:, 1], range(1, 7))
         nodes, direction = self.dofs[rows].T
         along = force[rows, None] * (direction[:, None] == np.arange(1, 7))
         acting = {body.name: self._wrench(nodes, along, body.nodes) for body in self.bodies}
         for name, wrench in acting.items():
-            if wrench[:3].any() or np.nan_to_num(wrench[3:]).any():
+            if np.nan_to_num(wrench).any():
                 yield self._part(f"applied, {name}", wrench)
         for patch, part in enumerate(self.contact.parts):
             on = self.contact.numbers == patch

@@ -307,11 +307,30 @@ history = 1
     return folder / "c.toml"
 
 
+BOTH = [(node, d) for node in (1, 2, 3, 4, 101, 102, 103) for d in (1, 2)]
+
+
+TOUCHING = "*NODE\n1, 0, 0\n2, 1, 0\n3, 0, 7\n4, 1, 1\n101, 0, 0\n102, 1, 0\n103, 0, 7\n"
+
+
+@pytest.mark.parametrize("deck", ["", TOUCHING])
+def test_nodes_of_two_bodies_at_one_place_are_named_where_places_are_known(tmp_path, deck):
+    """A body without a load of its own is not said to bear one, whether its moment is known or not."""
+    model, K = '[model]\nfile = "deck"\n' * bool(deck), block_diag(FIRST, SECOND)
+    tail = TAIL.replace("[supports]\nfixed = [[31, 1], [31, 2]]\n", model)
+    for old, new in (("nodes = [11, 12]", "pairs = [[1, 101], [2, 102]]"), (str(FORCE), "[[3, 1, -2.0]]")):
+        tail = tail.replace(old, new)
+    files = {"k": writers.matrix_market(K), "rows": writers.dof_map(BOTH), "deck": deck}
+    made = import_model(configured(tmp_path, 'file = "k"\nmap = "rows"', tail, **files))
+    whats = "applied, first body", "contact, first body", "supports, first body", "supports, second body"
+    assert tuple(part.what for part in made.loads[0].parts) == whats
+    said = [text for text in made.warnings if "load" not in text]
+    assert ["(1 times, first 3 and 103)" in text for text in said] == [True] * bool(deck)
+
+
 @pytest.mark.parametrize(("kind", "digits"), [("dat", 2e-6), ("csv", 1e-12)])
 def test_two_bodies_by_reactions_equal_their_matrix(tmp_path, kind, digits):
-    K = block_diag(FIRST, SECOND)
-    labels = [1, 2, 3, 4, 101, 102, 103]
-    dofs = [(node, d) for node in labels for d in (1, 2)]
+    K, dofs = block_diag(FIRST, SECOND), BOTH
     force = np.zeros(14)
     force[4:8] = [1.0, -2.0, 0.5, 3.0]
     expected = condense(K, dofs, [[1, 101], [2, 102]], [0, 1], [LoadCase(history=1.0, force=force)], 0.3)
