@@ -75,13 +75,7 @@ def test_a_zone_without_open_nodes_is_the_joint():
     assert np.array_equal(zone.constraints.G, constraints(BLOCK).G)
 
 
-@pytest.mark.parametrize(
-    ("nodes", "message"),
-    [
-        ([9], "from 0 to 8, found 9"),
-        (range(9), "found all 9 open"),
-    ],
-)
+@pytest.mark.parametrize(("nodes", "message"), [([9], "0 to 8, found 9"), (range(9), "found all 9 open")])
 def test_wrong_nodes_are_refused(nodes, message):
     with pytest.raises(UsageError, match=message):
         contact_zone(BLOCK, nodes)

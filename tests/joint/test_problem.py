@@ -95,15 +95,9 @@ nan, inf = np.nan, np.inf
 MALFORMED = {
     "missing A": ({"A": None}, "key 'A': required, found none"),
     "unknown key": ({"mu": np.array(0.3)}, "unknown key 'mu': did you mean 'f'?"),
-    "two unknown keys": (
-        {"mu": np.array(0.3), "K": np.eye(2)},
-        "unknown key 'K'; expected keys are A, B, C, ",
-    ),
+    "two unknown keys": ({"mu": np.array(0.3), "K": np.eye(2)}, "unknown key 'K'; expected keys are A, B, C, "),
     "wrong schema": ({"schema": np.array("shakedown/99")}, "expected 'shakedown/1', found 'shakedown/99'"),
-    "A not square": (
-        {"A": np.ones((2, 3))},
-        "key 'A': expected a square array (n, n) of at least one contact node, found shape (2, 3)",
-    ),
+    "A not square": ({"A": np.ones((2, 3))}, "key 'A': expected a square array (n, n) of at least one contact node, found shape (2, 3)"),
     "C too small": ({"C": np.ones((1, 1))}, "key 'C': expected shape (2, 2)"),
     "q_w transposed": ({"q_w": np.ones((2, 3))}, "key 'q_w': expected shape (m, 2), found (2, 3)"),
     "p_w transposed": ({"p_w": np.ones((2, 3))}, "key 'p_w': expected shape (3, 2), found (2, 3)"),
@@ -116,27 +110,18 @@ MALFORMED = {
     ),
     "q_mean wrong length": ({"q_mean": np.ones(3)}, "key 'q_mean': expected shape (2,), found (3,)"),
     "only one transient": ({"p_transient": None}, "key 'p_transient': required because 'q_transient'"),
-    "initial_slip wrong length": (
-        {"initial_slip": np.ones(3)},
-        "key 'initial_slip': expected shape (s, 2) or (2,), found (3,)",
-    ),
-    "A is text": (
-        {"A": np.array([["3", "1"], ["1", "2"]])},
-        "key 'A': expected real numbers, found 2 × 2 of <U1",
-    ),
+    "initial_slip wrong length": ({"initial_slip": np.ones(3)}, "key 'initial_slip': expected shape (s, 2) or (2,), found (3,)"),
+    "A is text": ({"A": np.array([["3", "1"], ["1", "2"]])}, "key 'A': expected real numbers, found 2 × 2 of <U1"),
     "f is a word": ({"f": np.array("rough")}, "key 'f': expected real numbers, found one of <U5"),
     "A is complex": ({"A": np.eye(2) * 1j}, "found 2 × 2 of complex128"),
     "NaN in A": ({"A": np.array([[3.0, nan], [nan, 2.0]])}, "found nan at A[0][1]"),
     "inf in q_w": ({"q_w": np.array([[0.0, 1], [2, inf], [4, 5]])}, "found inf at q_w[1][1]"),
     "negative f": ({"f": np.array([0.1, -0.2])}, "friction coefficients >= 0, found -0.2 at node 1"),
     "A not symmetric": ({"A": np.array([[3.0, 1.0], [1.1, 2.0]])}, "A[0,1] = 1 but A[1,0] = 1.1"),
-    "A indefinite": (
-        {"A": np.diag([4.0, -2.0]), "C": None},
-        "key 'A': expected a positive semi-definite matrix, found the eigenvalue -2",
-    ),
+    "A indefinite": ({"A": np.diag([4.0, -2.0]), "C": None}, "key 'A': expected a positive semi-definite matrix, found the eigenvalue -2"),
     "kappa indefinite": ({"B": 10 * np.eye(2)}, "positive semi-definite, in one unit, found the eigenvalue"),
     "name a number": ({"name": np.array(3.0)}, "key 'name': expected one text string"),
-}
+}  # fmt: skip
 
 
 def test_a_name_in_ragged_rows_is_no_text():

@@ -22,14 +22,8 @@ from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.joint.constraints import constraints, loading
 from shakedown.joint.result import WIDTH, Result
 
-OTHERS = {
-    "BoundKind",
-    "Layout",
-    "Missing",
-    "Problem",
-    "Stiffness",
-    "Tolerances",
-}  # dataclasses with rules of their own
+# dataclasses with rules of their own
+OTHERS = {"BoundKind", "Layout", "Missing", "Problem", "Stiffness", "Tolerances"}
 LARGEST = "block-33"
 
 
@@ -241,16 +235,8 @@ def test_a_table_of_nodes_names_them():
 
 
 def test_tables_have_the_rows_that_one_expects():
-    assert made("rows").to_frame().columns.tolist()[30:] == [
-        "G[30]",
-        "G[31]",
-        "G[32]",
-        "d",
-        "g",
-        "node",
-        "side",
-        "step",
-    ]
+    last = ["G[30]", "G[31]", "G[32]", "d", "g", "node", "side", "step"]
+    assert made("rows").to_frame().columns.tolist()[30:] == last
     assert made("limit").to_frame().columns.tolist() == ["scanned", "outcomes"]
     assert len(made("critical").to_frame()) == made("critical").regular
     assert len(made("verification").to_frame()) == len(made("verification").runs)

@@ -98,12 +98,9 @@ def test_a_problem_of_some_of_the_nodes_knows_which():
 
 def test_a_factor_on_the_loading_is_one_on_the_loads():
     problem = traced()
-    for name, factor, expected in (
-        ("amplitude", 0.5, [(12, 0), (20, 10)]),
-        ("mean", 2.0, [(24, 0), (40, 20)]),
-    ):
-        changed = with_parameter(problem, name, factor)
-        assert [load[1:3] for load in changed.loads] == expected
+    half, twice = with_parameter(problem, "amplitude", 0.5), with_parameter(problem, "mean", 2.0)
+    assert [load[1:3] for load in half.loads] == [(12, 0), (20, 10)]
+    assert [load[1:3] for load in twice.loads] == [(24, 0), (40, 20)]
 
 
 @pytest.mark.parametrize("key", ["label", "coordinates", "node_area", "load_units", "source", "x"])

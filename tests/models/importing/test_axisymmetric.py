@@ -215,11 +215,7 @@ def welded(imported):
 
 @pytest.mark.parametrize(
     ("line", "digits"),
-    [
-        (CLAMPED, 2e-7),
-        (OPEN, 1e-5),
-        ('open = { file = "open.frd", step = 1 }', 1e-4),
-    ],
+    [(CLAMPED, 2e-7), (OPEN, 1e-5), ('open = { file = "open.frd", step = 1 }', 1e-4)],
     ids=["clamped", "open", "open in a result file"],
 )
 def test_every_way_from_a_temperature_leads_to_the_same_reactions(heat, line, digits):

@@ -198,10 +198,8 @@ def test_what_was_read_is_shown(folder, made):
     assert np.shape(made.to_dict()["tangents"]) == (12, 2, 3)
     drawn = contact_picture(made)
     assert drawn.name == "3d"
-    assert [text.get_text() for text in drawn.get_legend().get_texts()][1:] == [
-        "first tangent",
-        "second tangent",
-    ]
+    legend = [text.get_text() for text in drawn.get_legend().get_texts()]
+    assert legend[1:] == ["first tangent", "second tangent"]
     frame = made.condensation.frame
     for line, along in zip(drawn.lines[-4:-1], [frame.normals, *frame.slip_axes.swapaxes(0, 1)], strict=True):
         start, end, gap = np.reshape(np.transpose(line.get_data_3d()), (-1, 3, 3)).swapaxes(0, 1)

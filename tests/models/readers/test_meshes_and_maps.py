@@ -114,14 +114,7 @@ SQUARE = "*NODE\n1, 0., 0.\n2, 1., 0.\n3, 1., 1.\n4, 0., 1.\n*ELEMENT, TYPE=CPE4
         "*NODE, INPUT=nodes.txt\n" + SQUARE.partition("0., 1.\n")[2] + "*NSET, NSET=S\n1, 2\n",
         SQUARE + "*ELEMENT, TYPE=T3D2, ELSET=BAR\n7, 1, 2\n*SURFACE, NAME=S\nE, S1\n",
     ],
-    ids=[
-        "crlf",
-        "lower, tabs, continued",
-        "mark, quoted, generated",
-        "numbered, extended",
-        "input",
-        "surface",
-    ],
+    ids=["crlf", "lower, tabs, continued", "mark, quoted, generated", "numbered", "input", "surface"],
 )
 def test_decks_in_other_dress(tmp_path, text):
     (tmp_path / "nodes.txt").write_text("** nodes\n" + SQUARE.partition("\n")[2].partition("*")[0])
@@ -453,37 +446,17 @@ ONE_THING_WRONG = [  # what is replaced by what, and what is said of it
     ("deck", "*END INSTANCE", "*INSTANCE, NAME=Q\n*END INSTANCE", "expected one part instance"),
     ("deck", "10., 0., 0.\n*NODE", "10., 0., 0., 0., 0., 1., 90.\n*NODE", "found it turned"),
     ("deck", "*HEADING", "*INCLUDE, INPUT=none.inp", "none.inp: no such file"),
-    (
-        "deck",
-        "base, 9, 10",
-        "later, 9",
-        "expected labels or earlier sets as members of 'ENDS', found 'later'",
-    ),
-    (
-        "deck",
-        "*HEADING\nTwo bricks on each other",
-        "*SYSTEM\n1., 0., 0., 1., 0., 0.",
-        "SYSTEM: expected two directions that span a plane",
-    ),
+    ("deck", "base, 9, 10", "later, 9", "expected labels or earlier sets as members of 'ENDS', found 'later'"),
+    ("deck", "*HEADING\nTwo bricks on each other", "*SYSTEM\n1., 0., 0., 1., 0., 0.", "SYSTEM: expected two directions that span a plane"),
     ("deck", "*HEADING", "*NGEN, NSET=MORE\n1, 4", "every node and element to be listed, found \\*NGEN"),
-    (
-        "deck",
-        "*HEADING",
-        "*NODE, SYSTEM=S\n90, 1., 2., 3.",
-        "expected coordinates of SYSTEM=R or C, found 'S'",
-    ),
+    ("deck", "*HEADING", "*NODE, SYSTEM=S\n90, 1., 2., 3.", "expected coordinates of SYSTEM=R or C, found 'S'"),
     ("deck", "*HEADING", "*NSET, NSET=W, ELSET=NONE\n*HEADING", "expected the element set 'NONE' of \\*NSET"),
     ("archive", "        -3 ", "        -9 ", "expected node 4, found no coordinates of it"),
     ("archive", "        -3 ", "-999999999 ", "component 'FOOT': expected the end of a range after 1"),
     ("archive", "(3i9,6e21.13e3)", "here", "line 4: expected a layout like"),
     ("archive", "        2        0", "        x        0", "line 6: expected a whole number, found 'x'"),
     ("archive", "        2        0", "        1        0", "found node 1 twice"),
-    (
-        "archive",
-        "        -3         7",
-        "        -3",
-        "component 'FOOT': expected 3 numbers, as its first line says, found 2",
-    ),
+    ("archive", "        -3         7", "        -3", "component 'FOOT': expected 3 numbers, as its first line says, found 2"),
     ("hb", "RSA", "RSE", "real assembled square matrix"),
     ("hb", "(16I5)", "(0I5)", "Fortran format"),
     ("hb", "    1    6", "    1   99", "column pointers"),
@@ -504,7 +477,7 @@ ONE_THING_WRONG = [  # what is replaced by what, and what is said of it
     ("nodes", "7\t", "3\t", "found node 3 twice"),
     ("nodes", "7\t", "7,5\t", "whole number"),
     ("surface", "1, S1", "7, S3", "line 15: expected a face of element 7"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("kind", "old", "new", "message"), ONE_THING_WRONG)
