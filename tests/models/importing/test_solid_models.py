@@ -200,6 +200,7 @@ def test_what_was_read_is_shown(folder, made):
     assert drawn.name == "3d"
     legend = [text.get_text() for text in drawn.get_legend().get_texts()]
     assert legend[1:] == ["first tangent", "second tangent"]
+    assert [text.get_text() for text in drawn.texts] == list(made.contact.names)
     frame = made.condensation.frame
     for line, along in zip(drawn.lines[-4:-1], [frame.normals, *frame.slip_axes.swapaxes(0, 1)], strict=True):
         start, end, gap = np.reshape(np.transpose(line.get_data_3d()), (-1, 3, 3)).swapaxes(0, 1)
