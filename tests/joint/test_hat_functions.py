@@ -53,7 +53,10 @@ def test_the_hats_of_one_radius_are_those_of_any_mesh_with_these_knots():
     assert np.allclose(P[::4], hat_functions(coarse, np.arange(9)), atol=1e-12)
 
 
-@pytest.mark.parametrize("places", [GRID, GRID @ np.array([[0.8, -0.6], [0.6, 0.8]]), GRID * [1.0, 0.3]])
+SKEWED = GRID + 0.2 * np.sin(GRID @ np.array([[5.0, 2.0], [3.0, 7.0]]))
+
+
+@pytest.mark.parametrize("places", [GRID, SKEWED @ np.array([[0.8, -0.6], [0.6, 0.8]]), GRID * [1.0, 0.3]])
 def test_hats_of_a_patch_are_not_negative_and_give_back_linear_slips(places):
     surface = surface_of(on_places(places))
     P = hat_functions(surface, spread_knots(surface, 2 * surface.spacing))
