@@ -212,8 +212,8 @@ def _about(
     """
     off = places - middle
     off = off - np.outer(off @ along, along)
-    size = max(float(np.abs(off).max()), float(np.ptp(places, axis=0).max()))
-    moments = np.column_stack([np.ones(len(off)), off / (size or 1.0)])
+    size = max(np.abs(off).max(), np.ptp(places, axis=0).max(), SIX_DIGITS * np.linalg.norm(places - middle))
+    moments = np.column_stack([np.ones(len(off)), off / size])
     changed = share * (moments @ np.linalg.pinv(moments.T @ (share[:, None] * moments))[:, 0])
     left = np.abs(moments.T @ changed - [1.0, 0.0, 0.0, 0.0]).max()
     if not left <= SIX_DIGITS or changed.min() < -NEGLIGIBLE:

@@ -285,6 +285,12 @@ def test_head_and_nut_of_two_meshes_make_no_couple(tmp_path):
     assert not any("bolt" in said for said in made.warnings)
     assert made.problem.load_mean[2] == 50.0
     assert made.problem.load_units[2] == "N"
+    head, nut = (int(made.mesh.nodes(name)[0]) for name in ("TOP", "LOWER_NUT"))
+    one = text.replace("pairs = [", "surfaces = [").replace('head = "TOP"', f"head = {head}")
+    (tmp_path / "import.toml").write_text(one.replace('"LOWER_NUT"', str(nut)))  # leans, from node to node
+    way, leans = made.mesh.at([nut])[0] - made.mesh.at([head])[0], import_model(tmp_path / "import.toml")
+    shown = re.search(r"carries 50 along \((.*)\) once", leans.notes[-1])[1].split(", ")
+    np.testing.assert_allclose(np.array(shown, dtype=float), way / np.linalg.norm(way), atol=6e-4)
     (tmp_path / "import.toml").write_text(
         text.replace("pairs = [", "surfaces = [") + '[supports]\nfixed = [["TOP", 3]]\n'
     )
