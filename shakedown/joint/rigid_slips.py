@@ -347,7 +347,7 @@ def _pinned(basis: FloatArray, lengths: FloatArray, doubt: str) -> RigidSlips:
         along = left[node] / np.linalg.norm(left[node])
         left = left - np.outer(left @ along, along)
     motions = np.linalg.solve(basis[pinned].T, basis.T).T
-    motions[np.abs(motions) <= NEGLIGIBLE * np.abs(motions).max(axis=0)] = 0.0
+    motions[np.abs(motions) <= NEGLIGIBLE] = 0.0  # the largest are about 1
     order = np.argsort(pinned)
     nodes = [pinned[k] for k in order]
     motions = (lengths[:, None] * motions / lengths[pinned])[:, order]

@@ -13,7 +13,7 @@ from scipy.linalg import block_diag
 import shakedown
 from benchmarks.drawn_joints import drawn_joint_in_space
 from shakedown import Problem, ProblemError, UsageError
-from shakedown.joint.constraints import constraints, loading, with_initial_gap
+from shakedown.joint.constraints import constraints, first_load, loading, ramp_start, with_initial_gap
 from shakedown.joint.contact_zone import contact_zone, coupled_parts, of_nodes, of_slips
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.joint.units import without_loads
@@ -75,6 +75,18 @@ def test_a_zone_without_open_nodes_is_the_joint():
     assert np.array_equal(zone.constraints.G, constraints(BLOCK).G)
 
 
+@pytest.mark.parametrize("problem", JOINTS)
+@pytest.mark.parametrize("gap", [0.0, 1e-3])
+def test_the_load_rises_from_where_friction_bears_nothing_and_pressures_are_as_large(problem, gap):
+    start, first = np.random.default_rng(4).normal(size=problem.layout.size) * 1e-3, first_load(problem, 0.7)
+    start[problem.layout.gaps] *= gap
+    (q, p), (_, pressed) = (
+        problem.layout.split(r + start @ problem.kappa) for r in (ramp_start(problem, first, start), first)
+    )
+    np.testing.assert_allclose(q, 0.0, atol=1e-13 * np.abs(first).max())
+    np.testing.assert_allclose(p, np.abs(pressed), atol=1e-13 * np.abs(pressed).max())
+
+
 @pytest.mark.parametrize(("nodes", "message"), [([9], "0 to 8, found 9"), (range(9), "found all 9 open")])
 def test_wrong_nodes_are_refused(nodes, message):
     with pytest.raises(UsageError, match=message):
@@ -131,14 +143,16 @@ def test_of_a_floating_block_one_closed_node_holds_no_open_one_whatever_round_of
 LOOP = {"f": 0.5, "q_w": np.ones((2, 3)), "p_w": np.ones((2, 3))}
 
 
+@pytest.mark.parametrize("size", [1e-20, 1.0, 1e20])
 @pytest.mark.parametrize("which", ["A", "B", "C"])
-def test_one_entry_of_any_block_couples(which):
-    blocks = {"A": 2.0 * np.eye(3), "B": np.zeros((3, 3)), "C": 2.0 * np.eye(3)}
+def test_one_entry_of_any_block_couples_unless_it_is_round_off(which, size):
+    blocks = {"A": 2.0 * size * np.eye(3), "B": np.zeros((3, 3)), "C": 2.0 * size * np.eye(3)}
+    blocks[which] += 1e-17 * size * np.ones((3, 3))
     apart = shakedown.Problem(**blocks, **LOOP)
     assert [part.nodes.tolist() for part in coupled_parts(apart)] == [[0], [1], [2]]
-    blocks[which][2, 0] = 0.5
+    blocks[which][2, 0] = 0.5 * size
     if which != "B":
-        blocks[which][0, 2] = 0.5
+        blocks[which][0, 2] = 0.5 * size
     found = coupled_parts(shakedown.Problem(**blocks, **LOOP))
     assert [part.nodes.tolist() for part in found] == [[0, 2], [1]]
 

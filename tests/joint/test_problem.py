@@ -175,6 +175,21 @@ def test_largest_values_may_be_there_but_no_larger_ones(key, most, least):
             Problem(**{"f": 0.5, **joint, key: np.full((1, 1)[key == "f" :], size)})
 
 
+@pytest.mark.parametrize("size", [1e-20, 1.0, 1e20])
+def test_a_compliance_is_judged_by_its_own_size(size):
+    acting = {"load_reactions": [[1.0, 0.0], [0.0, 0.0]], "load_history": [[1.0, 0.0], [-1.0, 0.0]]}
+    joint = {"A": [[2.0]], "B": [[0.0]], "f": 0.5, "q_w": [[1.0], [-1.0]], "p_w": [[3.0], [3.0]]} | acting
+    for fitting in ([[1.0, 0.5], [0.5, 1.0]], [[1.0, 0.0], [0.0, -1.0]], np.zeros((2, 2))):
+        assert Problem(**joint, load_compliance=size * np.array(fitting)).n == 1
+    for entries, message in (
+        ([[1.0, 0.5], [0.6, 1.0]], "a symmetric matrix"),
+        ([[1.0, 1.1], [1.1, 1.0]], "stored energy >= 0"),
+        ([[-1.0, 1.1], [1.1, -1.0]], "stored energy >= 0"),
+    ):
+        with pytest.raises(ProblemError, match=f"key 'load_compliance': expected {message}"):
+            Problem(**joint, load_compliance=size * np.array(entries))
+
+
 def refused_with_its_name(path):
     """The one line that says why."""
     with pytest.raises(ProblemError) as caught:

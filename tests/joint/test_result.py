@@ -129,6 +129,7 @@ def test_shows_itself_on_one_screen(name):
     lines = repr(made(name)).splitlines()
     assert len(lines) <= 24  # one screen
     assert max(map(len, lines)) <= WIDTH
+    assert max(len(made(name).in_one_line(width)) - width for width in range(40, 99)) == 0  # as much as fits
 
 
 @pytest.mark.parametrize(
