@@ -110,6 +110,14 @@ def test_a_stiffness_in_other_units_than_the_material_is_doubted(ring, young):
     assert any("is 'scale' right?" in warning for warning in import_model(ring / "import.toml").warnings)
 
 
+def test_an_entry_that_resists_a_motion_along_the_axis_is_doubted(ring):
+    row = (ring / "ring.dof").read_text().split().index("107.2") + 1
+    entry, text = f"\n{row} {row}  ", (ring / "ring.sti").read_text()
+    (ring / "ring.sti").write_text(text.replace(entry, f"{entry}9"))
+    (said,) = import_model(ring / "import.toml").warnings
+    assert "at 1 of 18 nodes inside the model, most at 107: springs, or damaged entries?" in said
+
+
 @pytest.mark.parametrize(
     ("line", "factor"),
     [

@@ -104,6 +104,7 @@ REFUSED = {
     "a missing file": (changed('"punch.sti"', '"none.sti"'), r"stiffness: key 'file': .*none\.sti: no such file"),
     "a history and a range": (changed("history = 1.0", "range = [0, 1]\nhistory = 1.0"), r"load \d: expected one of the keys 'history' and"),
     "partners in the opposite order": (contact(f"pairs = {labels(second=range(1081, 1072, -1))}"), "found 1/1081 2 apart along the surface"),
+    "sets of other sizes": (changed("BLOCK_TOP", "BLOCK_FOOT"), "equally many nodes, found 9 and 17, node 1001 farthest from a partner"),
     "one normal out of the body": (contact(f"pairs = {labels()}\n{UP.replace('[0, 1]', '[0, -1]', 1)}"), r"found \[0, -1, 0\] at 1/1073, .* \(1 of 9 do"),
     "partners a layer below": (contact(f"pairs = {labels(second=range(1056, 1065))}"), "0.25 apart across it; say 'gap' where they are meant"),
     "a list of another length than is stated": (listed(0.0, 1.0, 0.0, -1.0, steps="steps = 8"), "to and fro: history: expected 8 factors, .* found 4"),

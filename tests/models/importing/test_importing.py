@@ -307,22 +307,45 @@ history = 1
 BOTH = [(node, d) for node in (1, 2, 3, 4, 101, 102, 103) for d in (1, 2)]
 
 
-TOUCHING = "*NODE\n1, 0, 0\n2, 1, 0\n3, 0, 7\n4, 1, 1\n101, 0, 0\n102, 1, 0\n103, 0, 7\n"
+PAIRS, TOUCHING = (
+    "[[1, 101], [2, 102]]",
+    "1, 0, 0\n2, 1, 0\n3, 0, 7\n4, 1, 1\n101, 0, 0\n102, 1, 0\n103, 0, 7\n",
+)
 
 
-@pytest.mark.parametrize("deck", ["", TOUCHING])
-def test_nodes_of_two_bodies_at_one_place_are_named_where_places_are_known(tmp_path, deck):
+def of_blocks(folder, blocks, contact=f"pairs = {PAIRS}", nodes=""):
+    """The import of a matrix of some blocks, each of a body; a deck of the nodes alone, or none."""
+    model, K = '[model]\nfile = "deck"\n' * bool(nodes), block_diag(*blocks)
+    tail = TAIL.replace("[supports]\nfixed = [[31, 1], [31, 2]]\n", model).replace(
+        str(FORCE), "[[3, 1, -2.0]]"
+    )
+    files = {"k": writers.matrix_market(K), "rows": writers.dof_map(BOTH), "deck": f"*NODE\n{nodes}"}
+    tail = tail.replace("nodes = [11, 12]", contact)
+    return import_model(configured(folder, 'file = "k"\nmap = "rows"', tail, **files))
+
+
+@pytest.mark.parametrize("nodes", ["", TOUCHING])
+def test_nodes_of_two_bodies_at_one_place_are_named_where_places_are_known(tmp_path, nodes):
     """A body without a load of its own is not said to bear one, whether its moment is known or not."""
-    model, K = '[model]\nfile = "deck"\n' * bool(deck), block_diag(FIRST, SECOND)
-    tail = TAIL.replace("[supports]\nfixed = [[31, 1], [31, 2]]\n", model)
-    for old, new in (("nodes = [11, 12]", "pairs = [[1, 101], [2, 102]]"), (str(FORCE), "[[3, 1, -2.0]]")):
-        tail = tail.replace(old, new)
-    files = {"k": writers.matrix_market(K), "rows": writers.dof_map(BOTH), "deck": deck}
-    made = import_model(configured(tmp_path, 'file = "k"\nmap = "rows"', tail, **files))
+    made = of_blocks(tmp_path, (FIRST, SECOND), nodes=nodes)
     whats = "applied, first body", "contact, first body", "supports, first body", "supports, second body"
     assert tuple(part.what for part in made.loads[0].parts) == whats
     said = [text for text in made.warnings if "load" not in text]
-    assert ["(1 times, first 3 and 103)" in text for text in said] == [True] * bool(deck)
+    assert ["(1 times, first 3 and 103)" in text for text in said] == [True] * bool(nodes)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "contact", "bodies"),
+    [
+        ((14,), f"pairs = {PAIRS}", {"body": 4}),
+        ((8, 6), f"pairs = {PAIRS}", {"first body": 2, "second body": 2}),
+        ((8, 6), "nodes = [1, 101]", {"body 1": 1, "body 2": 1}),
+        ((8, 4, 2), f"pairs = {PAIRS}", {"body 1": 2, "body 2": 2, "body 3": 0}),
+    ],
+)
+def test_bodies_are_called_by_how_many_there_are(tmp_path, sizes, contact, bodies):
+    made = of_blocks(tmp_path, [writers.symmetric_matrix(size, seed=size) for size in sizes], contact)
+    assert {body.name: body.contact_nodes for body in made.evidence.bodies} == bodies
 
 
 @pytest.mark.parametrize(("kind", "digits"), [("dat", 2e-6), ("csv", 1e-12)])
