@@ -16,6 +16,7 @@ from shakedown.joint.contact_surface import (
     surface_of,
 )
 from shakedown.joint.hat_functions import coarsened, hat_functions, spread_knots
+from shakedown.joint.places import strips
 
 GRID = np.stack(np.meshgrid(np.arange(7.0), np.arange(5.0), indexing="ij"), axis=-1).reshape(-1, 2)
 
@@ -121,6 +122,13 @@ def test_a_node_with_too_few_neighbours_this_side_of_a_hole_is_at_the_edge(far, 
     angle = 2 * np.pi * np.arange(3) / 3
     around = np.column_stack([np.cos(angle), np.sin(angle)]) * [[1.0], [1.0], [far]]
     assert surface_of(on_places(np.vstack([around, [[0.0, 0.0]]]))).edge.tolist() == [True] * 3 + [edge]
+
+
+@pytest.mark.parametrize(("degrees", "found"), [(59.0, [[0, 1], [2, 3]]), (61.0, [[0], [1], [2, 3]])])
+def test_a_node_more_than_60_degrees_aside_is_on_another_strip(degrees, found):
+    aside = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    places = np.array([[0.0, 0.0], aside, [9.0, 0.0], [8.0, 0.0]])
+    assert [own.tolist() for own in strips(places, np.array([[1.0, 0], [1, 0], [-1, 0], [-1, 0]]))] == found
 
 
 def test_few_nodes_and_nodes_without_faces_have_their_patches():

@@ -116,7 +116,7 @@ MALFORMED = {
     "A is complex": ({"A": np.eye(2) * 1j}, "found 2 × 2 of complex128"),
     "NaN in A": ({"A": np.array([[3.0, nan], [nan, 2.0]])}, "found nan at A[0][1]"),
     "inf in q_w": ({"q_w": np.array([[0.0, 1], [2, inf], [4, 5]])}, "found inf at q_w[1][1]"),
-    "negative f": ({"f": np.array([0.1, -0.2])}, "friction coefficients >= 0, found -0.2 at node 1"),
+    "negative f": ({"f": np.array([0.0, -0.2])}, "friction coefficients >= 0, found -0.2 at node 1"),
     "A not symmetric": ({"A": np.array([[3.0, 1.0], [1.1, 2.0]])}, "A[0,1] = 1 but A[1,0] = 1.1"),
     "A indefinite": ({"A": np.diag([4.0, -2.0]), "C": None}, "key 'A': expected a positive semi-definite matrix, found the eigenvalue -2"),
     "kappa indefinite": ({"B": 10 * np.eye(2)}, "positive semi-definite, in one unit, found the eigenvalue"),

@@ -11,6 +11,7 @@ from public_names import public
 import shakedown
 from shakedown import Problem, ProblemError, UsageError, load_problem, plot, save_problem
 from shakedown.joint.constraints import constraints, loading, through_transient
+from shakedown.joint.law import Law
 from shakedown.joint.places import split_face
 from shakedown.motion.evolution import evolve
 from shakedown.studies.design_point import with_parameter
@@ -157,6 +158,10 @@ def test_the_extreme_load_steps_suffice(loop, seed):
         largest = np.array([found[node == i].max() for i in range(3)])
         np.testing.assert_allclose(largest, every, atol=1e-12, rtol=1e-12)
     assert len(node) <= 3 * 40 + 1
+    law, loop = Law(problem.f, 2), loading(problem)
+    for size in (1.0, 2.0**-60, 2.0**60):
+        of, step = law.extreme_steps(size * loop.q1, size * loop.p1)
+        assert (of.tolist(), step.tolist()) == (node[:-1].tolist(), rows.step[rows.heads][:-1].tolist())
 
 
 def test_transient_load_steps_are_cones_without_load_factor():

@@ -162,6 +162,8 @@ def test_a_changed_number_is_an_edited_file(config, as_given, changes, old, new)
         made = shakedown.import_model(config, changes=changes, before=before)
         for key in ("A", "B", "C", "f", "q_w", "p_w"):
             assert np.array_equal(getattr(made.problem, key), getattr(expected, key)), key
+        again = before is None or changes.keys() & {"stiffness.scale"}
+        assert (made.condensation is as_given.condensation) == (not again)
         assert made.sources == as_given.sources
         assert next(iter(changes)) in made.problem.source
 

@@ -189,6 +189,8 @@ def history_of(value, folder=Path()):
 def test_time_functions(tmp_path):
     table = "# t, factor\n0, 1.0\n0.5, -2.0D0\n"
     assert history_of(2).tolist() == 2.0
+    steady = TomlTable({"history": {"constant": 3.0, "harmonics": []}}, "load 1")
+    assert time_function(steady, 1, InputFiles(tmp_path)) == ([3.0], ())
     assert history_of([1, 2.5]).tolist() == [1.0, 2.5]
     assert history_of({"points": [[0, 0], [0.5, 1], [1, 0]]}).tolist() == [0.0, 0.5, 1.0, 0.5]
     assert history_of({"points": [[0.25, 1], [0.75, 3]]}).tolist() == [2.0, 1.0, 2.0, 3.0]
