@@ -7,7 +7,7 @@ import pytest
 from joints_in_space import random_joint, turned
 
 import shakedown
-from shakedown import UsageError, averaged
+from shakedown import Problem, UsageError, averaged
 from shakedown.joint.contact_surface import (
     cell_weights,
     contact_patches,
@@ -90,13 +90,8 @@ def test_elements_are_counted_alike_with_faces_and_without():
     quads = np.stack([corners[:-1, :-1], corners[1:, :-1], corners[1:, 1:], corners[:-1, 1:]], axis=-1)
     flat = on_places(np.column_stack([GRID, 0 * GRID[:, 0]]))
     halves = np.vstack([quads.reshape(-1, 4)[1:], [[0, 5, 6, -1], [0, 6, 1, -1]]])
-    for joint in (
-        flat,
-        on_places(GRID),
-        replace(flat, faces=quads.reshape(-1, 4)),
-        replace(flat, faces=halves),
-    ):
-        assert element_count(joint) == 24.0
+    joints = flat, on_places(GRID), *(replace(flat, faces=own) for own in (quads.reshape(-1, 4), halves))
+    assert [element_count(joint) for joint in joints] == [24.0] * 4
     assert element_count(on_places(np.vstack([GRID, GRID + 50.0]))) == 48.0
     assert element_count(random_joint(np.random.default_rng(0), 25)) == pytest.approx(16.0)
     two_strips = replace(shakedown.example("block-9"), x=[0.0, 1.0, 2.0, 3.0, 9.0, 10.0, 11.0, 12.0, 13.0])
@@ -192,9 +187,7 @@ def on_a_circle(angle, **more):
     """A joint in the plane that says of its nodes where they are, and nothing else of interest."""
     n, places = len(angle), np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
     ones = np.ones((2, n))
-    return shakedown.Problem(
-        A=np.eye(n), B=np.zeros((n, n)), f=0.3, q_w=ones, p_w=ones, coordinates=places, **more
-    )
+    return Problem(A=np.eye(n), B=np.zeros((n, n)), f=0.3, q_w=ones, p_w=ones, coordinates=places, **more)
 
 
 def test_a_ring_has_no_end_and_its_hats_go_around():

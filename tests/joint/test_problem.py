@@ -146,9 +146,7 @@ def test_what_the_digits_of_a_stiffness_leave_open_is_accepted():
     assert Problem(A=A, B=0 * A, f=0.5, **loads, stiffness_accuracy=1e-3).n == 20
     for a, accuracy, found in ((A, 1e-4, -0.01), (-np.eye(1), 1e-4, -1)):
         one = {key: value[:, : len(a)] for key, value in loads.items()}
-        with pytest.raises(
-            ProblemError, match=f"positive semi-definite matrix, found the eigenvalue {found}$"
-        ):
+        with pytest.raises(ProblemError, match=f"semi-definite matrix, found the eigenvalue {found}$"):
             Problem(A=a, B=0 * a, f=0.5, **one, stiffness_accuracy=accuracy)
 
 
@@ -157,17 +155,14 @@ def test_what_is_negligible_is_a_share_of_the_largest_entry_up_to_the_limits(siz
     found = in_range("A", size * np.array([1.0, -2e-30, 5e-31]))
     assert found.tolist() == [size, size * -2e-30, 0.0]
     for beyond in (0.999e-100, 1.001e100):
-        with pytest.raises(
-            ProblemError, match="'A': expected the largest magnitude to be 0 or between 1e-100"
-        ):
+        with pytest.raises(ProblemError, match="the largest magnitude to be 0 or between 1e-100"):
             in_range("A", np.array([0.0, -beyond]))
 
 
-@pytest.mark.parametrize(
-    ("key", "most", "least"), [("f", 1e12, 0.0), ("q_w", 1e75, 1e-75), ("initial_slip", 1e100, 0.0)]
-)
-def test_largest_values_may_be_there_but_no_larger_ones(key, most, least):
+@pytest.mark.parametrize(("key", "most"), [("f", 1e12), ("q_w", 1e75), ("initial_slip", 1e100)])
+def test_largest_values_may_be_there_but_no_larger_ones(key, most):
     joint = {"A": np.ones((1, 1)), "B": np.zeros((1, 1)), "q_w": np.zeros((1, 1)), "p_w": np.zeros((1, 1))}
+    least = 1e-75 if key == "q_w" else 0.0
     for size in (most, 1.001 * least):
         assert Problem(**{"f": 0.5, **joint, key: np.full((1, 1)[key == "f" :], size)}).n == 1
     for size in (1.001 * most, *[0.999 * least] * (least > 0)):
@@ -181,11 +176,8 @@ def test_a_compliance_is_judged_by_its_own_size(size):
     joint = {"A": [[2.0]], "B": [[0.0]], "f": 0.5, "q_w": [[1.0], [-1.0]], "p_w": [[3.0], [3.0]]} | acting
     for fitting in ([[1.0, 0.5], [0.5, 1.0]], [[1.0, 0.0], [0.0, -1.0]], np.zeros((2, 2))):
         assert Problem(**joint, load_compliance=size * np.array(fitting)).n == 1
-    for entries, message in (
-        ([[1.0, 0.5], [0.6, 1.0]], "a symmetric matrix"),
-        ([[1.0, 1.1], [1.1, 1.0]], "stored energy >= 0"),
-        ([[-1.0, 1.1], [1.1, -1.0]], "stored energy >= 0"),
-    ):
+    skew, *less = [[1.0, 0.5], [0.6, 1.0]], [[1.0, 1.1], [1.1, 1.0]], [[-1.0, 1.1], [1.1, -1.0]]
+    for entries, message in ((skew, "a symmetric"), *((each, "stored energy >= 0") for each in less)):
         with pytest.raises(ProblemError, match=f"key 'load_compliance': expected {message}"):
             Problem(**joint, load_compliance=size * np.array(entries))
 
@@ -222,9 +214,7 @@ def test_one_friction_coefficient_that_is_no_number_is_named(tmp_path):
 def test_a_deck_or_a_configuration_given_for_a_problem_file_leads_to_import(tmp_path, text):
     path = tmp_path / "joint.inp"
     path.write_text(text)
-    with pytest.raises(
-        ProblemError, match=r"expected an NPZ file, found another one .*`shakedown-bounds import "
-    ):
+    with pytest.raises(ProblemError, match=r"an NPZ file, found another one .*`shakedown-bounds import "):
         load_problem(path)
 
 
@@ -341,6 +331,6 @@ def test_a_transient_of_no_load_step_is_none():
 def test_a_tangent_along_the_normal_is_refused():
     up = np.tile([0.0, 0.0, 1.0], (2, 1))
     with pytest.raises(
-        ProblemError, match="key 'tangent': expected directions at right angles to each other and to 'normal'"
+        ProblemError, match="'tangent': expected directions at right angles to each other and"
     ):
         dataclasses.replace(shakedown.example("two-node"), normal=up, tangent=up)

@@ -132,17 +132,15 @@ def test_shows_itself_on_one_screen(name):
     assert max(len(made(name).in_one_line(width)) - width for width in range(40, 99)) == 0  # as much as fits
 
 
-@pytest.mark.parametrize(
-    ("count", "shown", "rest"), [(21, 21, []), (22, 22, []), (23, 21, ["    … 2 more,"])]
-)
-def test_long_values_and_many_of_them_fill_the_screen(count, shown, rest):
+@pytest.mark.parametrize(("count", "full", "rest"), [(21, 21, []), (22, 22, []), (23, 21, ["    … 2 more,"])])
+def test_long_values_and_many_of_them_fill_the_screen(count, full, rest):
     names = [f"a_name_of_twenty_six_words{k:02}" for k in range(count)]
     options = {"frozen": True, "eq": False, "repr": False}
     kind = dataclasses.make_dataclass("Wordy", [(name, str) for name in names], bases=(Result,), **options)
     for length, width in ((43, WIDTH), (44, WIDTH - 1)):  # it just fits beside its name, or is cut
         head, *lines, end = repr(kind(*["x" * length] * count)).splitlines()
-        assert (head, end, lines[shown:]) == ("Wordy(", ")", rest)
-        assert {(len(line), "…" in line) for line in lines[:shown]} == {(width, length == 44)}
+        assert (head, end, lines[full:]) == ("Wordy(", ")", rest)
+        assert {(len(line), "…" in line) for line in lines[:full]} == {(width, length == 44)}
 
 
 @pytest.mark.parametrize("name", RESULTS)

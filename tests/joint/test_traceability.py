@@ -177,10 +177,8 @@ def test_rounded_numbers_stay_on_the_safe_side():
         load_factor = float(rng.uniform(0.01, 3))
         exact = Fraction(repr(load_factor)) * Fraction(repr(amplitude))
         one = joint(["load"], [0.0], [amplitude], ["N"])
-        down, up = (
-            Fraction(loads_in_words(one, load_factor, way).removeprefix("load ± ").removesuffix(" N"))
-            for way in ("down", "up")
-        )
+        words = [loads_in_words(one, load_factor, way) for way in ("down", "up")]
+        down, up = (Fraction(text.removeprefix("load ± ").removesuffix(" N")) for text in words)
         assert down <= exact <= up
         assert exact * Fraction(98, 100) < down
         assert up < exact * Fraction(102, 100)

@@ -93,19 +93,11 @@ CORNERS = "expected numbers of nodes from 0 to 2 (−1 as the last of a triangle
         ("faces", [[0, 1, 2, -1], [0.5, 1, 2, -1]], f"{CORNERS} 0.5 at faces[1][0]"),
         ("faces", [[0, 1, 1, 2]], "expected corners that differ, found [0, 1, 1, 2] as face 0"),
         ("faces", [[0, 1, 2]], "expected shape (e, 4), found (1, 3)"),
-        (
-            "tangents",
-            np.ones((3, 2, 3)),
-            "expected vectors of length 1, found the length 1.73205081 at node 0",
-        ),
-        (
-            "tangents",
-            np.tile([[0.0, 0.6, 0.8], [0.0, 0.8, 0.6]], (3, 1, 1)),
-            "expected directions at right angles to each other and to 'normal', found the scalar product 0.96 at node 0",
-        ),
+        ("tangents", np.ones((3, 2, 3)), "expected vectors of length 1, found the length 1.73205081 at node 0"),
+        ("tangents", np.tile([[0.0, 0.6, 0.8], [0.0, 0.8, 0.6]], (3, 1, 1)), "expected directions at right angles to each other and to 'normal', found the scalar product 0.96 at node 0"),
         ("tangent", np.tile([1.0, 0.0, 0.0], (3, 1)), "expected only with one tangential direction, found 2"),
     ],
-)
+)  # fmt: skip
 def test_refused(key, value, message):
     with pytest.raises(ProblemError) as error:
         joint(**{key: value}, normal=None)
@@ -151,9 +143,8 @@ def test_the_extreme_load_steps_suffice(loop, seed):
     for _ in range(50):
         slip, load_factor = rng.normal(size=6) * rng.choice([0.01, 0.3, 3.0]), 3.0 * rng.random()
         every = -margins(problem, slip, load_factor).min(axis=0)
-        every[0] = max(
-            every[0], -(problem.B @ slip + loading(problem).at(load_factor)[1])[:, 0].min()
-        )  # f = 0
+        # without friction
+        every[0] = max(every[0], -(problem.B @ slip + loading(problem).at(load_factor)[1])[:, 0].min())
         found = rows.excess(slip, load_factor)
         largest = np.array([found[node == i].max() for i in range(3)])
         np.testing.assert_allclose(largest, every, atol=1e-12, rtol=1e-12)

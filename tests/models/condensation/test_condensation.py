@@ -339,9 +339,7 @@ KEPT = 12
 def grid(counts, seed=0):
     """A Laplacian on a grid with random couplings, and where its nodes are."""
     rng = np.random.default_rng(seed)
-    places = (
-        np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), axis=-1).reshape(-1, 3).astype(float)
-    )
+    places = np.stack(np.meshgrid(*map(np.arange, map(float, counts)), indexing="ij"), axis=-1).reshape(-1, 3)
     number = np.arange(len(places)).reshape(counts)
     ends = [np.stack([np.delete(number, -1, a).ravel(), np.delete(number, 0, a).ravel()]) for a in range(3)]
     i, j = np.hstack(ends)
@@ -383,9 +381,7 @@ ROW = {k: (float(k), 0.0, 0.0) for k in range(200)}
 
 def chain_of(count):
     """A row of nodes on springs, each held a little; the first is in contact."""
-    K = sparse.kron(
-        sparse.diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(count, count)), np.eye(3)
-    )
+    K = sparse.kron(sparse.diags_array([-1, 2.0, -1], offsets=[-1, 0, 1], shape=(count, count)), np.eye(3))
     return sparse.csr_array(K), np.array([(k, d) for k in range(count) for d in (1, 2, 3)])
 
 
@@ -406,9 +402,7 @@ def test_what_takes_too_much_memory_is_refused(monkeypatch):
     found = condensed_stiffness(K, dofs, [0], [0, 0, 1], places=ROW)
     np.testing.assert_allclose(found.stiffness, (1 + 1 / 200) * np.eye(3), atol=1e-12)  # 2 − 199/200
     monkeypatch.setattr(factorised_interior, "memory", lambda: 1e4)
-    with pytest.raises(
-        ProblemError, match=r"K: expected a model that fits into .* GiB of memory, found that"
-    ):
+    with pytest.raises(ProblemError, match=r"K: .* a model that fits into .* GiB of memory, found that"):
         condensed_stiffness(K, dofs, [0], [0, 0, 1], places=ROW)
 
 

@@ -77,15 +77,9 @@ CASES = {
     "skewed": ({"counts": (3, 3), "skew": 0.2}, {"counts": (4, 3), "skew": 0.2}),
     "triangles": ({"counts": (3, 2), "triangles": True}, {"counts": (4, 5), "triangles": True}),
     "triangles on quadrilaterals": ({"counts": (3, 2), "triangles": True}, {"counts": (4, 5)}),
-    "six nodes": (
-        {"counts": (2, 2), "triangles": True, "middles": True},
-        {"counts": (3, 2), "triangles": True, "middles": True},
-    ),
+    "six nodes": tuple({"counts": (k, 2), "triangles": True, "middles": True} for k in (2, 3)),
     "eight nodes": ({"counts": (2, 2), "middles": True}, {"counts": (3, 2), "middles": True}),
-    "nine nodes": (
-        {"counts": (2, 2), "middles": True, "centres": True},
-        {"counts": (3, 2), "middles": True, "centres": True},
-    ),
+    "nine nodes": tuple({"counts": (k, 2), "middles": True, "centres": True} for k in (2, 3)),
     "six nodes on four": ({"counts": (2, 2), "triangles": True, "middles": True}, {"counts": (3, 3)}),
 }
 
@@ -171,10 +165,7 @@ def test_curved_faces_turn_freely(hub, shaft):
     moved = -found.on_master(forces)
     at = master.places[np.searchsorted(master.labels, found.master)]
     np.testing.assert_allclose(moved.sum(axis=0), forces.sum(axis=0), atol=1e-11)
-    turning = [
-        (places[:, 0] * own[:, 1] - places[:, 1] * own[:, 0]).sum()
-        for places, own in ((found.places, forces), (at, moved))
-    ]
+    turning = [r[:, 0] @ own[:, 1] - r[:, 1] @ own[:, 0] for r, own in ((found.places, forces), (at, moved))]
     assert turning[0] == pytest.approx(turning[1], abs=1e-10)
 
 

@@ -63,9 +63,7 @@ def test_reactions_that_calculix_prints_are_refused(ring):
     with pytest.raises(ProblemError, match=r"check \(on the whole circumference\).*relative difference of 0"):
         import_model(changed(ring, extra=PUSHED + CHECK))
     axial = CHECK.replace(", 1, 0.01]", ", 2, 0.01]")
-    with pytest.raises(
-        ProblemError, match="expected a contact node of an axisymmetric model that moves radially"
-    ):
+    with pytest.raises(ProblemError, match="a contact node of an axisymmetric model that moves radially"):
         import_model(changed(ring, extra=PUSHED + axial))
 
 
@@ -165,9 +163,7 @@ def test_a_deck_is_axisymmetric_or_not(ring):
     (ring / "ring.inp").write_text(deck.replace("CAX8", "CPE8"))
     assert import_model(ring / "import.toml").stiffness.circumference == 1
     (ring / "ring.inp").write_text(deck.replace("\n12, 8.5, 6\n", "\n12, -8.5, 6\n"))
-    with pytest.raises(
-        ProblemError, match=r"expected radii x >= 0 of an axisymmetric model, found -8\.5 at node 12"
-    ):
+    with pytest.raises(ProblemError, match=r"radii x >= 0 of an axisymmetric model, found -8\.5 at node 12"):
         import_model(ring / "import.toml")
     on_axis = re.sub(r"^(1|2|12), [\d.]+,", r"\1, 0.0,", deck, count=3, flags=re.MULTILINE)
     (ring / "ring.inp").write_text(on_axis)
@@ -258,9 +254,7 @@ def test_reactions_of_held_nodes_have_no_other_directions(heat):
     deck = (heat / "blocks.inp").read_text()
     turned = "*TRANSFORM, NSET=TOP, TYPE=R\n0., 1., 0., -1., 0., 0.\n"
     (heat / "blocks.inp").write_text(deck.replace("*NSET, NSET=TOP", f"{turned}*NSET, NSET=TOP"))
-    with pytest.raises(
-        ProblemError, match=r"expected nodes with directions x, y, z, found node \d+ in a \*TRANSFORM"
-    ):
+    with pytest.raises(ProblemError, match=r"nodes with directions x, y, z, found node \d+ in a \*TRANSFORM"):
         made(heat)
 
 
@@ -270,11 +264,8 @@ def test_held_runs_have_to_show_that_they_are(heat):
     with pytest.raises(ProblemError, match=r"which show that every node was held \(\*NODE PRINT: U, RF\)"):
         made(heat)
     shifted = text.replace("3.071250E+02", "0.000000E+00")
-    zeros = "\n".join(
-        line if len(line.split()) != 4 else f"{line.split()[0]:>10}" + 3 * "  0.000000E+00"
-        for line in shifted.splitlines()
-    )
-    (heat / "held.dat").write_text(zeros + "\n")
+    zeros = re.sub(r"^( +\d+)( +[-\d.E+]+){3}$", r"\1" + 3 * "  0.000000E+00", shifted, flags=re.MULTILINE)
+    (heat / "held.dat").write_text(zeros)
     assert any("reaches no contact node" in warning for warning in made(heat).warnings)
 
 

@@ -109,13 +109,10 @@ def test_the_mean_of_a_sampled_wave_is_zero_and_not_round_off():
     assert stated_loads([wave], histories([wave]))["load_amplitude"] == [1.0]
 
 
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        ("value = nan", "load 1: key 'value': expected a finite number, found nan"),
-        ("unit = 20", "load 1: key 'unit': expected text, found 20"),
-    ],
-)
+NAN, NUMBER = "'value': expected a finite number, found nan", "'unit': expected text, found 20"
+
+
+@pytest.mark.parametrize(("line", "message"), [("value = nan", NAN), ("unit = 20", NUMBER)])
 def test_what_is_no_unit_or_value_is_said(stated, line, message):
     stated.write_text(stated.read_text().replace('unit = "kN"', line).replace("value = 0.7\n", ""))
     with pytest.raises(ProblemError, match=message):

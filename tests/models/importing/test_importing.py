@@ -41,7 +41,7 @@ def test_the_calculix_reference_comes_back_to_round_off():
 DOFS = [(node, d) for node in (11, 12, 21, 22, 31) for d in (1, 2)]
 K = writers.symmetric_matrix(10, seed=3)
 FORCE = [[21, 1, 3.0], [22, 2, -7.0]]
-HEAD = "friction = 0.4\nsteps = 4\n"
+HEAD, HELD = "friction = 0.4\nsteps = 4\n", "[supports]\nfixed = [[31, 1], [31, 2]]\n"
 TAIL = """
 [contact]
 nodes = [11, 12]
@@ -106,10 +106,7 @@ def clamped_reactions():
 SAME_LOADS = {
     "clamped reactions": (f"forces = {FORCE}", f"reactions = {clamped_reactions()}"),
     "an Abaqus load file": (f"forces = {FORCE}", 'forces = { file = "load" }'),
-    "zero displacements": (
-        "[supports]\nfixed = [[31, 1], [31, 2]]\n[[load]]",
-        "[[load]]\ndisplacements = [[31, 1, 0.0], [31, 2, 0.0]]",
-    ),
+    "zero displacements": (f"{HELD}[[load]]", "[[load]]\ndisplacements = [[31, 1, 0.0], [31, 2, 0.0]]"),
 }
 
 
@@ -139,9 +136,9 @@ def test_every_way_to_say_a_load_is_the_same_load(tmp_path, old, new):
         ("normal = [0.0, 1.0]", "normal = [0.0, 1.0]\naxes = [1, 1]", "two of 1, 2, 3"),
         ("normal = [0.0, 1.0]", "normals = [[0.0, 1.0], [0.0, 1.0, 0.0]]", "a list of n x 2 numbers"),
         (
-            "normal = [0.0, 1.0]",
-            "directions = 1\nnormals = [[0, 1, 0], [0, 1, 0.5]]",
-            r"in direction 3 is 0 .*found \[0.0, 1.0, 0.5\]",
+            "normal =",
+            "directions = 1\nnormals = [[0, 1, 0], [0, 1, 0.5]]\n#",
+            r"3 is 0 .*found \[0.0, 1.0, 0.5\]",
         ),
         ("normal = [0.0, 1.0]", "normal = [0, 1]\nsurface = 'S'", "found 'normal' and 'surface'"),
         ("[[31, 1], [31, 2]]", "[[31, 7]]", "key 'fixed': expected a row for direction 7 of node 31"),
@@ -309,18 +306,14 @@ history = 1
 BOTH = [(node, d) for node in (1, 2, 3, 4, 101, 102, 103) for d in (1, 2)]
 
 
-PAIRS, TOUCHING = (
-    "[[1, 101], [2, 102]]",
-    "1, 0, 0\n2, 1, 0\n3, 0, 7\n4, 1, 1\n101, 0, 0\n102, 1, 0\n103, 0, 7\n",
-)
+PAIRS = "[[1, 101], [2, 102]]"
+TOUCHING = "1, 0, 0\n2, 1, 0\n3, 0, 7\n4, 1, 1\n101, 0, 0\n102, 1, 0\n103, 0, 7\n"
 
 
 def of_blocks(folder, blocks, contact=f"pairs = {PAIRS}", nodes=""):
     """The import of a matrix of some blocks, each of a body; a deck of the nodes alone, or none."""
     model, K = '[model]\nfile = "deck"\n' * bool(nodes), block_diag(*blocks)
-    tail = TAIL.replace("[supports]\nfixed = [[31, 1], [31, 2]]\n", model).replace(
-        str(FORCE), "[[3, 1, -2.0]]"
-    )
+    tail = TAIL.replace(HELD, model).replace(str(FORCE), "[[3, 1, -2]]")
     files = {"k": writers.matrix_market(K), "rows": writers.dof_map(BOTH), "deck": f"*NODE\n{nodes}"}
     tail = tail.replace("nodes = [11, 12]", contact)
     return import_model(configured(folder, 'file = "k"\nmap = "rows"', tail, **files))
@@ -393,10 +386,8 @@ def test_a_record_is_the_points_of_its_period(tmp_path, period, eighths):
     (tmp_path / "h.csv").write_text("t,f\n" + "".join(f"{7 + period * t},{f}\n" for t, f in points))
     histories = {"file": "h.csv", "column": "f", "time": "t", "period": period}, {"points": points}
     tables = [TomlTable({"history": history}, "load 1") for history in histories]
-    (values, doubts), (expected, doubted) = (
-        time_function(table, 4, InputFiles(tmp_path)) for table in tables
-    )
-    assert (values.tolist(), doubts) == (expected.tolist(), doubted)
+    (values, doubts), (known, doubted) = (time_function(table, 4, InputFiles(tmp_path)) for table in tables)
+    assert (values.tolist(), doubts) == (known.tolist(), doubted)
 
 
 @pytest.mark.parametrize(

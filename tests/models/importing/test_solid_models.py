@@ -91,15 +91,11 @@ def test_a_plane_is_taken_where_it_is_said_or_held(folder):
     held = "[supports]\nfixed = [" + ", ".join(f'["{name}", 2]' for name in ("UPPER_FOOT", "LOWER_TOP")) + "]"
     one = import_model(configuration(folder, plane, supports=held))
     assert one.problem.directions == 1
-    left_out = (
-        "direction 2 of the contact nodes is held: friction across the plane of slip and normal is left out"
-    )
-    assert left_out in one.notes
+    left_out = "friction across the plane of slip and normal is left out"
+    assert f"direction 2 of the contact nodes is held: {left_out}" in one.notes
     with pytest.raises(ProblemError, match=r"free in direction 2 too; ask for friction in both directions"):
         import_model(configuration(folder, plane))
-    with pytest.raises(
-        ProblemError, match=r"expected 2 numbers, along directions 1 and 2, .* or directions = 2"
-    ):
+    with pytest.raises(ProblemError, match=r"2 numbers, along directions 1 and 2, .* or directions = 2"):
         import_model(configuration(folder, f"{PAIRS}\ndirections = 1\nnormal = [0, 0, 1]"))
 
 
@@ -120,13 +116,8 @@ def test_nodes_in_a_transform_are_the_same_joint(folder, made, tmp_path):
     arm = places[nodes - 1, :2] + 1.0
     radial = arm / np.linalg.norm(arm, axis=1)[:, None]
     radial[12:] = [0.8, 0.6]
-    own = np.column_stack(
-        [
-            (radial * moved[:, :2]).sum(axis=1),
-            radial[:, 0] * moved[:, 1] - radial[:, 1] * moved[:, 0],
-            moved[:, 2],
-        ]
-    )
+    across = np.column_stack([-radial[:, 1], radial[:, 0]])
+    own = np.column_stack([*((way * moved[:, :2]).sum(axis=1) for way in (radial, across)), moved[:, 2]])
     for name, vectors, mark in (("model.dat", moved, ""), ("own.dat", own, " L")):
         rows = [
             " ".join(map(repr, [int(n), *v])) + mark for n, v in zip(nodes, vectors.tolist(), strict=True)
@@ -164,9 +155,7 @@ def test_nodes_in_a_transform_are_the_same_joint(folder, made, tmp_path):
         imported("model.dat")
     (tmp_path / "job.dof").write_text(rows)
     (tmp_path / "job.inp").write_text(text.replace("*STEP", f"{TRANSFORMS.replace('TYPE=C', 'TYPE=S')}*STEP"))
-    with pytest.raises(
-        ProblemError, match=r"expected \*TRANSFORM of TYPE=R or C with two points, found 'S, -1"
-    ):
+    with pytest.raises(ProblemError, match=r"\*TRANSFORM of TYPE=R or C with two points, found 'S, -1"):
         imported("own.dat")
 
 

@@ -132,9 +132,7 @@ def test_component_modes_are_left_out_or_condensed(tmp_path, coupled):
     expected = boundary - between @ np.linalg.solve(modes, between.T)
     np.testing.assert_allclose(made.problem.kappa, expected[np.ix_(order, order)], rtol=1e-12)
     assert len(made.evidence.bodies) == 1
-    assert (
-        any("3 row(s), first of point 101, couple with no displacement" in n for n in made.notes) != coupled
-    )
+    assert any("3 row(s), first of point 101, couple with no" in n for n in made.notes) != coupled
 
 
 def test_the_mass_of_a_substructure(tmp_path):

@@ -128,9 +128,8 @@ def test_decks_in_other_dress(tmp_path, text):
 def test_nodes_of_elements_and_cylindrical_coordinates(tmp_path):
     text = "*NODE, SYSTEM=C\n1, 2., 0., 5.\n2, 2., 90., 5.\n3, 1., 180.\n*ELEMENT, TYPE=CPE3, ELSET=E\n8, 1, 2, 3\n"
     mesh = deck(tmp_path, text + "*NODE\n4, 7., 8.\n*NSET, NSET=ALL, ELSET=E\n")
-    np.testing.assert_allclose(
-        mesh.at([1, 2, 3, 4]), [[2, 0, 5], [0, 2, 5], [-1, 0, 0], [7, 8, 0]], atol=1e-15
-    )
+    places = [[2, 0, 5], [0, 2, 5], [-1, 0, 0], [7, 8, 0]]
+    np.testing.assert_allclose(mesh.at([1, 2, 3, 4]), places, atol=1e-15)
     assert mesh.nodes("all").tolist() == [1, 2, 3]
     with pytest.raises(ProblemError, match="line 8: expected every element once, found element 8 twice"):
         deck(tmp_path, text + "*ELEMENT, TYPE=CPE3\n8, 3, 2, 1\n")

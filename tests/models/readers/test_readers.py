@@ -377,9 +377,7 @@ def test_groups_are_sets_surfaces_and_boundaries(tmp_path, suffix):
     path = grouped(tmp_path / f"brick.{suffix}").rename(tmp_path / "mesh.dat")
     mesh, expected = read_any_mesh(path), np.unique(sides("bottom")) + 1
     assert sorted(mesh.nodes("Foot").tolist()) == expected.tolist()
-    np.testing.assert_array_equal(
-        mesh.normals(mesh.nodes("foot"), (1, 2, 3)), [[0.0, 0.0, 1.0]] * len(expected)
-    )
+    np.testing.assert_array_equal(mesh.normals(mesh.nodes("foot"), (1, 2, 3)), [[0, 0, 1]] * len(expected))
     assert mesh.element_sets["STEEL"].tolist() == [1, 2]
     if suffix == "med":
         np.testing.assert_array_equal(mesh.at(mesh.nodes("ends"))[:, 0], 0.0)
