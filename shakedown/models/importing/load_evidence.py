@@ -125,7 +125,7 @@ class Resultants:
             carried -= self._wrench(met.master, on_second, body.nodes)
             if self.axisymmetric:  # the hoop stress carries the radial rest
                 carried[0] = np.nan
-            bears = body.contact_nodes or np.any(acting[body.name])
+            bears = body.contact_nodes or np.nan_to_num(acting[body.name]).any()
             # only round-off is left for a body without supports
             if (bears and not body.free) or np.nanmax(np.abs(carried[keys])) > SIX_DIGITS * size:
                 yield self._part(f"supports, {body.name}", carried)

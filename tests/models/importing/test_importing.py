@@ -341,6 +341,7 @@ def test_nodes_of_two_bodies_at_one_place_are_named_where_places_are_known(tmp_p
 def test_bodies_are_called_by_how_many_there_are(tmp_path, sizes, contact, bodies):
     made = of_blocks(tmp_path, [writers.symmetric_matrix(size, seed=size) for size in sizes], contact)
     assert {body.name: body.contact_nodes for body in made.evidence.bodies} == bodies
+    assert not any("body 3" in part.what for part in made.loads[0].parts)  # nothing acts on it
 
 
 @pytest.mark.parametrize(("kind", "digits"), [("dat", 2e-6), ("csv", 1e-12)])
