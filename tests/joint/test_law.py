@@ -43,6 +43,16 @@ def test_no_allowed_reaction_is_nearer_than_the_projection(d):
 
 
 @pytest.mark.parametrize("d", [1, 2])
+def test_the_terms_of_a_stiffness_are_those_of_the_side_where_they_add_up(d):
+    law, q, p = drawn(d)
+    A, B = (np.random.default_rng(3).normal(size=(each.shape[-1], 4)) for each in (q, p))
+    rows = np.abs(law.stiffness(A, B))
+    if d == 1:
+        rows[: 2 * len(B)] = np.repeat(rows[: 2 * len(B)].reshape(-1, 2, 4).max(axis=1), 2, axis=0)
+    np.testing.assert_allclose(law.stiffness_terms(A, B), rows, rtol=1e-13)
+
+
+@pytest.mark.parametrize("d", [1, 2])
 def test_no_reaction_is_allowed_in_tension(d):
     law, q, p = drawn(d)
     np.testing.assert_array_equal(law.projection(q, -p), 0.0)

@@ -164,6 +164,7 @@ def test_nodes_in_a_transform_are_the_same_joint(folder, made, tmp_path):
     [
         ("directions = 3", "key 'directions': expected 1 or 2, found 3"),
         ("tangent = [1, 0, 0]\naxes = [1, 3]", "key 'axes': .* found it beside 'tangent'"),
+        ("directions = 2\naxes = [1, 3]", "key 'axes': .* found it beside directions = 2"),
         ("directions = 1\ntangent = [1, 0, 0]", "key 'tangent': expected beside directions = 2 only"),
         ("tangent = [0, 0, 1]", r"tangent: expected a finite direction across the normal \[0.0, 0.0, 1.0\]"),
         ("tangents = [[1, 0, 0]]", "key 'tangents': expected one for each of 12 nodes, found 1"),

@@ -342,7 +342,7 @@ GMSH_ELEMENTS = {
     "2.2": "1\n1 3 2 1 1 10 20 35 99\n",
     "4.0": "1 1\n1 2 3 1\n1 10 20 35 99\n",
     "4.1": "1 1 1 1\n2 1 3 1\n1 10 20 35 99\n",
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("version", GMSH_NODES)
