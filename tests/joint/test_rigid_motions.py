@@ -51,13 +51,11 @@ def test_rigid_slips_are_those_that_changed_nothing_before_rounding(n: int, free
     """To round-off, in units of each node too; with few digits to about as many, by a clear gap or by none."""
     problem, Z = rational_joint(seed, n, free)
     sizes = 10.0 ** np.random.default_rng(seed).uniform(-3, 3, n)
+    given = [(d, replace(problem, stiffness_accuracy=10.0**-d)) for d in (3, 5)]
     for joint, size, error in (
         (problem, np.ones(n), 1e-11),
         (in_units(problem, 1.0 / sizes, sizes), sizes, 1e-11),
-        *(
-            (rounded(replace(problem, stiffness_accuracy=10.0**-d), d), np.ones(n), 5 * 10.0**-d)
-            for d in (3, 5)
-        ),
+        *((rounded(exact, d), np.ones(n), 5 * 10.0**-d) for d, exact in given),
     ):
         known, true = rigid_slips(joint), size[:, None] * Z
         pinned = list(known.pinned)

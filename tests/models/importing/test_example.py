@@ -217,10 +217,8 @@ def test_the_tutorial_with_calculix(folder):
         code, _, err = run(*words, cwd=folder)
         assert (code, err) == (0, ""), (line, err)
     made = shakedown.load_problem(folder / "punch.npz")
-    for name, found in (
-        ("proved from every state", shakedown.lower_bound(made).load_factor),
-        ("impossible above", shakedown.upper_bound(made).load_factor),
-    ):
+    limits = shakedown.lower_bound(made).load_factor, shakedown.upper_bound(made).load_factor
+    for name, found in zip(("proved from every state", "impossible above"), limits, strict=True):
         shown = re.search(rf"{name} +([0-9.]+)", TUTORIAL)
         assert found == pytest.approx(float(shown[1]), rel=1e-3)
     assert (folder / "punch.html").stat().st_size > 10_000
@@ -304,14 +302,12 @@ def test_forces_on_tied_nodes_are_added(tmp_path):
     shutil.copytree(BLOCK, tmp_path, dirs_exist_ok=True)
     expected = same_block().stiffness
     scale = np.abs(expected).max()
-    np.testing.assert_allclose(
-        import_problem(tmp_path / "import.toml").kappa, expected, rtol=0, atol=1e-6 * scale
-    )
+    tied = import_problem(tmp_path / "import.toml").kappa
+    np.testing.assert_allclose(tied, expected, rtol=0, atol=1e-6 * scale)
     config = (tmp_path / "import.toml").read_text()
     (tmp_path / "import.toml").write_text(re.sub("\ntied = .*", "", config.split("[check]")[0]))
-    np.testing.assert_allclose(
-        import_problem(tmp_path / "import.toml").kappa, expected / 2, rtol=0, atol=1e-6 * scale
-    )
+    alone = import_problem(tmp_path / "import.toml").kappa
+    np.testing.assert_allclose(alone, expected / 2, rtol=0, atol=1e-6 * scale)
 
 
 def test_a_substructure_is_taken_where_that_is_accepted(tmp_path):

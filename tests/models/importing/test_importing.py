@@ -179,6 +179,12 @@ def test_one_thing_wrong_in_the_reference_is_named(tmp_path, old, new, message):
     refused_with(copytree(BLOCK, tmp_path / "block") / "import.toml", old, new, message)
 
 
+def test_a_row_without_its_diagonal_is_named(tmp_path):
+    torn = writers.abaqus_matrix(K * (1 - np.diag(np.eye(10)[4])), DOFS)
+    with pytest.raises(ProblemError, match=r"none in 1 of 10 rows, first \(21, 1\); is the file cut off"):
+        import_model(configured(tmp_path, 'file = "k"', k=torn))
+
+
 def history_of(value, folder=Path()):
     return time_function(TomlTable({"history": value}, "load 1"), 4, InputFiles(folder))[0]
 
@@ -253,12 +259,8 @@ def test_a_gap_and_an_interference(punch):
 
 
 def test_loads_with_a_range_make_a_domain(punch):
-    path = changed(
-        punch,
-        ("history = { harmonics = [{ order = 1, sin = 1.0 }] }", "range = [-1.0, 1.0]"),
-        ("history = { harmonics = [{ order = 1, cos = 1.0 }] }", "range = [-1.0, 1.0]"),
-    )
-    found = import_problem(path)
+    wave, both = "history = {{ harmonics = [{{ order = 1, {} = 1.0 }}] }}", "range = [-1.0, 1.0]"
+    found = import_problem(changed(punch, *((wave.format(name), both) for name in ("sin", "cos"))))
     assert (found.m, found.load_path) == (4, "domain")
 
 
