@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property
 from math import inf, nextafter
 from typing import TYPE_CHECKING, cast
@@ -24,22 +25,22 @@ def integer_matrix(rows: IntegerRows) -> fmpz_mat:
     return fmpz_mat(rows)
 
 
-def solve_integers(matrix: IntegerRows, right: list[int]) -> tuple[list[int], int] | None:
-    """The solution of a square system as (numerators, common denominator > 0); None where singular.
+def solve_integers(matrix: IntegerRows, right: list[int]) -> tuple[list[int], int]:
+    """The solution of a square system as (numerators, common denominator > 0).
+
+    Raises
+    ------
+    ZeroDivisionError
+        If it is singular.
 
     Examples
     --------
     >>> solve_integers([[2, 1], [1, 3]], [1, 1])
     ([2, 1], 5)
-    >>> solve_integers([[1, 2], [2, 4]], [1, 1]) is None
-    True
     """
     if not right:
         return [], 1
-    try:
-        solution = cast("fmpq_mat", integer_matrix(matrix).solve(integer_matrix([[x] for x in right])))
-    except ZeroDivisionError:
-        return None
+    solution = cast("fmpq_mat", integer_matrix(matrix).solve(integer_matrix([[x] for x in right])))
     numerators, denominator = solution.numer_denom()
     return [int(x) for x in numerators.entries()], int(denominator)
 
@@ -72,9 +73,7 @@ def enclosure(numerator: int, denominator: int) -> tuple[float, float]:
         return (nextafter(inf, 0.0), inf) if numerator > 0 else (-inf, nextafter(-inf, 0.0))
     p, q = near.as_integer_ratio()
     difference = p * denominator - numerator * q
-    if difference > 0:
-        return nextafter(near, -inf), near
-    return (near, nextafter(near, inf)) if difference < 0 else (near, near)
+    return nextafter(near, -inf) if difference > 0 else near, nextafter(near, inf) if difference < 0 else near
 
 
 MAX_WORK = 2 * 10**7  # pivots times the cube of their size: seconds, where the start is far off
@@ -124,21 +123,16 @@ class ExactVertex:
 
 
 class PivotBudget:
-    """The shared budget of the pivots of several programs, in multiplications of their systems.
+    """The budget of the pivots of one or several programs, in multiplications of their systems."""
 
-    Whatever is left, one program takes no more than ``MAX_WORK``.
-    """
-
-    def __init__(self, left: float = inf) -> None:
+    def __init__(self, left: float) -> None:
         self.left = left
 
     def pivots(self, size: int) -> Iterator[None]:
         """Pivots, as long as the budget lasts; what is optimal at once costs nothing."""
         yield
         each = max(size, 1) ** 3
-        for _ in range(max(MAX_WORK // each, 1)):
-            if self.left < each:
-                return
+        while self.left >= each:
             self.left -= each
             yield
 
@@ -158,7 +152,7 @@ def exact_vertex(
         The columns they determine; the others are zero, which is right as long as the
         multipliers balance them as well, and is changed where they do not.
     budget
-        What pivots may cost, where several programs share it.
+        What pivots may cost, where several programs share it; else ``MAX_WORK``, or one pivot.
 
     Returns
     -------
@@ -172,9 +166,12 @@ def exact_vertex(
     >>> end.status.value, end.x, end.y
     ('optimal', [2, 3], {0: 1, 1: 1})
     """
-    active, free, budget = list(active), sorted(free), budget or PivotBudget()
+    active, free, budget = list(active), sorted(free), budget or PivotBudget(max(MAX_WORK, len(active) ** 3))
     while len(active) == len(free):  # ends, as every round frees another column
-        end = _simplex(program.columns(free), active, budget)
+        try:
+            end = _simplex(program.columns(free), active, budget)
+        except ZeroDivisionError:
+            return None
         if end is None:
             return None
         loose = _unbalanced(program, free, end)
@@ -189,14 +186,16 @@ def exact_vertex(
 def proves_at_most(program: ExactProgram, active: list[int], free: list[int], value: tuple[int, int]) -> bool:
     """Whether the multipliers of the active rows prove cost · x ≤ a fraction (numerator, denominator)."""
     square = [[program.matrix[i][j] for i in active] for j in free]
-    solved = solve_integers(square, [program.cost[j] for j in free]) if len(active) == len(free) else None
-    if solved is None or min(solved[0], default=0) < 0:
+    if len(active) != len(free):
         return False
-    y = {i: weight for i, weight in zip(active, solved[0], strict=True) if weight}
-    if _unbalanced(program, free, ExactVertex(Status.OPTIMAL, [], 1, y, solved[1])) is not None:
+    try:
+        weights, scale = solve_integers(square, [program.cost[j] for j in free])
+    except ZeroDivisionError:
         return False
+    y = {i: weight for i, weight in zip(active, weights, strict=True) if weight}
+    loose = _unbalanced(program, free, ExactVertex(Status.OPTIMAL, [], 1, y, scale))
     bound = sum(weight * program.right[i] for i, weight in y.items())
-    return bound * value[1] <= value[0] * solved[1]
+    return min(weights, default=0) >= 0 and loose is None and bound * value[1] <= value[0] * scale
 
 
 def _unbalanced(program: ExactProgram, free: list[int], end: ExactVertex) -> int | None:
@@ -215,7 +214,7 @@ def _completion(program: ExactProgram, active: list[int], free: list[int]) -> li
     for i in range(len(program.matrix)):
         if i not in active:
             square = [[program.matrix[k][j] for j in free] for k in [*active, i]]
-            if solve_integers(square, [0] * len(free)) is not None:
+            if integer_matrix(square).det() != 0:
                 return [i]
     return []
 
@@ -223,25 +222,16 @@ def _completion(program: ExactProgram, active: list[int], free: list[int]) -> li
 def _simplex(program: ExactProgram, basis: list[int], budget: PivotBudget) -> ExactVertex | None:
     """Change ``basis`` in place, by dual pivots until every row holds, then by primal ones to the optimum."""
     start, cost = _weights(program, basis, program.cost), program.cost
-    if start is None:
-        return None
     if min(start[0], default=0) < 0:  # to become feasible, any cost for which the basis is optimal will do
         cost = [sum(program.matrix[i][j] for i in basis) for j in range(len(cost))]
     for _ in budget.pivots(len(basis)):
         at = solve_integers([program.matrix[i] for i in basis], [program.right[i] for i in basis])
-        if at is None:
-            return None
         values = product(program.table, at[0])
         excess = [value - right * at[1] for value, right in zip(values, program.right, strict=True)]
         violated = next((i for i, each in enumerate(excess) if each > 0), None)
         weights = _weights(program, basis, program.cost if violated is None else cost)
-        if weights is None:
-            return None
         if violated is not None:
-            combination = _weights(program, basis, program.matrix[violated])
-            if combination is None:
-                return None
-            alpha, scale = combination
+            alpha, scale = _weights(program, basis, program.matrix[violated])
             pairs = [(y, a, k) for y, a, k in zip(weights[0], alpha, basis, strict=True) if a > 0]
             if not pairs:
                 farkas = {k: -a for k, a in zip(basis, alpha, strict=True) if a} | {violated: scale}
@@ -253,8 +243,6 @@ def _simplex(program: ExactProgram, basis: list[int], budget: PivotBudget) -> Ex
             multipliers = {k: y for y, k in zip(weights[0], basis, strict=True) if y}
             return ExactVertex(Status.OPTIMAL, *at, multipliers, weights[1])
         edge = solve_integers([program.matrix[k] for k in basis], [-(k == leaving) for k in basis])
-        if edge is None:
-            return None
         slopes = product(program.table, edge[0])
         blocking = [(-excess[i], slope, i) for i, slope in enumerate(slopes) if slope > 0 and i not in basis]
         if not blocking:
@@ -263,7 +251,7 @@ def _simplex(program: ExactProgram, basis: list[int], budget: PivotBudget) -> Ex
     return None
 
 
-def _weights(program: ExactProgram, basis: list[int], target: list[int]) -> tuple[list[int], int] | None:
+def _weights(program: ExactProgram, basis: list[int], target: list[int]) -> tuple[list[int], int]:
     """y with Σ y_k row_k = target."""
     columns = range(len(program.cost))
     return solve_integers([[program.matrix[i][j] for i in basis] for j in columns], target)
@@ -271,9 +259,4 @@ def _weights(program: ExactProgram, basis: list[int], target: list[int]) -> tupl
 
 def _least_ratio(pairs: list[tuple[int, int, int]]) -> int:
     """The index of the smallest numerator / denominator > 0; the smallest index among equals."""
-    best = pairs[0]
-    for pair in pairs[1:]:
-        left, right = pair[0] * best[1], best[0] * pair[1]
-        if left < right or (left == right and pair[2] < best[2]):
-            best = pair
-    return best[2]
+    return min(pairs, key=lambda pair: (Fraction(pair[0], pair[1]), pair[2]))[2]
