@@ -269,9 +269,8 @@ def proved_unbounded(
     if rigid_slips(problem).doubt or not np.isfinite(direction).all():
         return False
     proof = proof_of(problem, rows)
-    if not proof.slack(direction, 1.0, constant=0.0).min() >= 0:
-        return False
-    return any(proof.slack(*each).min() >= 0 for each in safe)
+    steady = proof.slack(direction, 1.0, constant=0.0).min() >= 0
+    return bool(steady) and any(proof.slack(*each).min() >= 0 for each in safe)
 
 
 UNPROVED = "what proves that there is no largest load factor does not survive its rounding errors"

@@ -1,6 +1,5 @@
 """The program of λ_max in space, scaled and solved, and that of the safest slip."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -21,6 +20,7 @@ from shakedown.ground.constants import (
 )
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.work_limit import on_one_thread
 from shakedown.joint.problem import Problem
 from shakedown.programs.disc_program import DiscProgram, Solve
 from shakedown.programs.program import exact_products, median_size
@@ -229,6 +229,7 @@ def solve_scaled(scaled: ScaledDiscs, usable: float = USABLE, *, proves: bool = 
     return UnscaledSolution(end.status, x, load_factor, y, z, active, end.accuracy > NEGLIGIBLE, scaled, end)
 
 
+@on_one_thread
 def polished(program: DiscProgram, end: SelfDualSolution, *, proves: bool = True) -> SelfDualSolution:
     """An optimum to round-off; what was given where the limits that meet in it are not clear.
 
@@ -237,11 +238,13 @@ def polished(program: DiscProgram, end: SelfDualSolution, *, proves: bool = True
     """
     if end.status != Status.OPTIMAL:
         return end
-    best, left = end, _residual(program, end)
+    best, left, last = end, _residual(program, end), end.path[-1]
+    final = replace(end, slack=last.s / last.tau, multipliers=last.y / last.tau)
+    # of the last iterate, which is nearer to the limits that meet, and of the best, with
     # ratios of slack to multiplier up to which a limit counts as active
-    for alike in (1.0, 1e2):
+    for near, alike in ((final, 1.0), (end, 1e2)):
         with np.errstate(all="ignore"):  # what is not finite is not taken
-            found = _newton(program, end, _active(program, end, alike))
+            found = _newton(program, end, _active(program, near, alike))
         rest = _residual(program, found) if found is not None else np.inf
         if found is not None and rest < left:
             best, left = replace(found, accuracy=min(end.accuracy, rest)), rest
@@ -275,54 +278,53 @@ def _residual(program: DiscProgram, end: SelfDualSolution) -> float:
 
 def _newton(program: DiscProgram, end: SelfDualSolution, active: _Active) -> SelfDualSolution | None:
     """The end from Newton's method on the equations; None where it does not converge."""
-    triples, others, tail = program.cones.parts(end.multipliers)
-    x = end.x
+    x, (triples, others, tail) = end.x, program.cones.parts(end.multipliers)
     m = np.concatenate(
         [others[active.linear], triples[active.edge, 0], triples[active.apex].ravel(), tail[: active.norm]]
     )
     best, reached, solve = None, np.inf, None
     for _ in range(NEWTON_ROUNDS):
-        left, solver = _equations(program, active, x, m)
+        found = _ended(program, end, active, x, m)
+        balance = program.transposed(found.multipliers) + program.costs
+        left = np.append(balance, _missing(program, active, found))
         size, before = float(np.abs(left).max()), reached
         if not np.isfinite(size) or size > 0.5 * before:
             break
-        best, reached = (x, m), size
+        best, reached = found, size
         if size <= ROUND_OFF * 1e-2:
             break
         if solve is None or size > NOTABLE * before:  # else the last factor gains a digit once more
-            solve = solver()
+            solve = _factor(program, active, found, m)
         step = solve(left)
         x, m = x - step[: len(x)], m + step[len(x) :]
-    return _ended(program, end, active, *best) if best is not None else None
+    return best
 
 
-def _equations(
-    program: DiscProgram, active: _Active, x: FloatArray, m: FloatArray
-) -> tuple[FloatArray, Callable[[], Solve]]:
-    """Balance of the multipliers and slack of the active limits; what solves for a change of them."""
-    s, linear, _ = program.cones.parts(program.limits - program.times(x))
-    excess, slopes, bends = program.edges(active.edge, x, m[len(active.linear) :][: len(active.edge)])
-    at_apex = program.columns(active.apex).reshape(-1, len(x))
+def _missing(program: DiscProgram, active: _Active, found: SelfDualSolution) -> FloatArray:
+    """The slacks of the active limits."""
+    s, linear, tail = program.cones.parts(found.slack)
+    u, length = s[active.edge], np.linalg.norm(tail[1:])
+    edges, norm = u[:, 0] - np.hypot(u[:, 1], u[:, 2]), (tail[:1] - length)[: active.norm]
+    return np.concatenate([linear[active.linear], edges, s[active.apex].ravel(), norm])
+
+
+def _factor(program: DiscProgram, active: _Active, found: SelfDualSolution, m: FloatArray) -> Solve:
+    """What solves for a change of x and multipliers m: curvature and slopes of the active limits."""
+    s, *_ = program.cones.parts(found.slack)
+    weights, r, size = m[len(active.linear) :][: len(active.edge)], program.rank, len(found.x)
+    slopes, bends = program.edges(active.edge, s[active.edge], weights)
+    at_apex = program.columns(active.apex).reshape(-1, size)
     J = -np.vstack([np.hstack([program.rows, program.rows_extra])[active.linear], slopes, at_apex])
-    missing = np.concatenate([linear[active.linear], -excess, s[active.apex].ravel()])
-    towards, bend = np.zeros(0), 0.0
+    matrix = np.diag(np.repeat([PROXIMITY, -PROXIMITY], [size, len(m)])).T
+    matrix[:size, :size] += bends.T @ bends
     if active.norm and program.norm is not None:
-        r, length = program.rank, float(np.linalg.norm(x[: program.rank]))
-        towards, bend = x[:r] / length, m[-1] / length
+        length = float(np.linalg.norm(found.x[:r]))
+        towards = found.x[:r] / length
+        matrix[:r, :r] += m[-1] / length * (np.eye(r) - np.outer(towards, towards))
         J = np.vstack([J, np.append(-towards, program.norm)])
-        missing = np.append(missing, program.norm @ x[r:] - program.offset - length)
-
-    def solver() -> Solve:
-        """A factor of the curvature and the slopes of the active limits."""
-        size, r = len(x), len(towards)
-        matrix = np.diag(np.repeat([PROXIMITY, -PROXIMITY], [size, len(m)])).T
-        matrix[:size, :size] += bends.T @ bends
-        matrix[:r, :r] += bend * (np.eye(r) - np.outer(towards, towards))
-        matrix[size:, :size], matrix[:size, size:] = J, J.T
-        factor, pivots, _ = lapack.dgetrf(matrix, overwrite_a=1)
-        return lambda right: np.asarray(lapack.dgetrs(factor, pivots, right)[0])
-
-    return np.append(program.costs - m @ J, missing), solver
+    matrix[size:, :size], matrix[:size, size:] = J, J.T
+    factor, pivots, _ = lapack.dgetrf(matrix, overwrite_a=1)
+    return lambda right: np.asarray(lapack.dgetrs(factor, pivots, right)[0])
 
 
 def _ended(

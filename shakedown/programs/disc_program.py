@@ -339,21 +339,15 @@ class DiscProgram:
         """The coefficients of (y, w) in some discs, (a, 3, r + p)."""
         return np.concatenate([self.blocks[self.node[discs]], self.extra[discs]], axis=2)
 
-    def edges(
-        self, discs: Places, x: FloatArray, weights: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """|(u₁, u₂)| − u₀ of the slacks u of some discs at x, for Newton's method at their edge.
-
-        With it its gradients (a, N), and a root of its weighted curvature.
-        """
+    def edges(self, discs: Places, u: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Gradients (a, N) of |(u₁, u₂)| − u₀ of the slacks u of discs, a root of its weighted curvature."""
         columns = self.columns(discs)
-        u = self.right[discs] - columns @ x
         length = np.hypot(u[:, 1], u[:, 2])
         normal = u[:, 1:] / length[:, None]
         slopes = columns[:, 0] - np.einsum("jk,jkx->jx", normal, columns[:, 1:])
         across = normal[:, :1] * columns[:, 2] - normal[:, 1:] * columns[:, 1]
         bends = across * np.sqrt(np.maximum(weights, 0.0) / length)[:, None]
-        return length - u[:, 0], slopes, bends
+        return slopes, bends
 
     def normal_equations(self, scaling: Scaling) -> Solve:
         """The solution of Mᵀ W⁻² M x = right, M all of the coefficients; raises ``LinAlgError``.
