@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import blas, lapack, qr, solve_triangular
 
-from shakedown.ground.constants import CONE, EPS, SIX_DIGITS, FloatArray
+from shakedown.ground.constants import CONE, EPS, NOTABLE, ROUND_OFF, SIX_DIGITS, FloatArray
 
 
 @dataclass(frozen=True)
@@ -79,23 +79,20 @@ class Cones:
         return self.triples + self.numbers + bool(self.large)
 
     @cached_property
-    def _sizes(self) -> list[int]:
-        return [CONE] * self.triples + [1] * self.numbers + [self.large] * bool(self.large)
-
-    @cached_property
     def heads(self) -> NDArray[np.intp]:
         """The place of u₀ of every cone, (c,)."""
-        return np.cumsum([0, *self._sizes[:-1]], dtype=np.intp)[: self.degree]
+        return np.flatnonzero(self.unit)
 
     @cached_property
     def cone(self) -> NDArray[np.intp]:
         """The cone of every number, (N,)."""
-        return np.repeat(np.arange(self.degree), self._sizes)
+        return np.cumsum(self.unit, dtype=np.intp) - 1
 
     @cached_property
     def unit(self) -> FloatArray:
         """e with e ∘ u = u: 1 at every u₀, else 0."""
-        return np.bincount(self.heads, minlength=sum(self._sizes)).astype(float)
+        first = np.eye(1, CONE)[0]
+        return np.concatenate([np.tile(first, self.triples), np.ones(self.numbers), np.eye(1, self.large)[0]])
 
     @cached_property
     def mirror(self) -> FloatArray:
@@ -179,9 +176,6 @@ FEW = 24_000  # coefficients: of more, one product of all takes longer than one 
 
 Places = NDArray[np.intp]
 Solve = Callable[[FloatArray], FloatArray]
-
-
-InReactions = tuple["DiscProgram", FloatArray, FloatArray]  # in z = S y; (y, w) from (z, w), and back
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,9 +267,10 @@ class DiscProgram:
         return np.append(np.zeros(self.rank), self.cost)
 
     @cached_property
-    def in_reactions(self) -> InReactions:
+    def in_reactions(self) -> tuple["DiscProgram", FloatArray, FloatArray]:
         """In reactions, the last two numbers of as many nodes as determine y; in y if S is ill-conditioned.
 
+        With it what (y, w) is by (z, w), z = S y, and back.
         In z the discs of a node have two coefficients each in their last two numbers: they add a 2 × 2
         block to the normal equations, and their first number one dense row. That is a third of the work
         in y, and near the end, where W⁻² spans many orders, no large row hides a small one.
@@ -360,6 +355,8 @@ class DiscProgram:
         r, p, t, R = self.rank, len(self.cost), self.tied, self._factors(scaling)
         parts = [_in_unknowns(R[:t, :1], self.blocks[:t]), _in_unknowns(R[t:], self.blocks[t:])]
         parts.append(self._of_rows(scaling))
+        if self.norm is None and (solve := _by_pairs(R[:t, 1:, 1:], np.vstack(parts))):
+            return solve
         normal = np.zeros((r + p, r + p), order="F")
         if self.norm is not None:
             w = np.sqrt(2.0) * scaling.axis[-self.cones.large :]
@@ -407,6 +404,37 @@ def _by_cholesky(normal: FloatArray) -> Solve:
     if failed:
         raise np.linalg.LinAlgError("the normal equations are not positive definite")
     return lambda right: np.asarray(lapack.dpotrs(factor, right, lower=1)[0])
+
+
+def _by_pairs(own: FloatArray, rows: FloatArray) -> Solve | None:
+    """Solutions of rowsᵀ rows + the squares of triangles (t, 2 + p, 2 + p) in pairs of unknowns and w.
+
+    By one equation a row instead of one an unknown (Woodbury); None where those are no fewer, or where
+    round-off would decide.
+    """
+    t, p, k = len(own), own.shape[2] - 2, len(rows)
+    if k >= t + t or not np.all(own[:, [0, 1], [0, 1]]):
+        return None
+    inverse, ends = np.linalg.inv(own[:, :2, :2]), own[:, :2, 2:].reshape(2 * t, p)
+    pairs, others = rows[:, : 2 * t] * inverse[:, [0, 1], [0, 1]].ravel(), rows[:, 2 * t :].copy()
+    pairs[:, 1::2] += rows[:, : 2 * t : 2] * inverse[:, 0, 1]
+    if not np.einsum("ij,ij->i", pairs, pairs).max(initial=0.0) * ROUND_OFF < NOTABLE:
+        return None
+    others[:, -p:] -= pairs @ ends
+    small = _by_cholesky(blas.dsyrk(1.0, pairs.T, 1.0, np.eye(k, order="F"), trans=1, lower=1, overwrite_c=1))
+    along = small(others)
+    rest = others.T @ along
+    rest[-p:, -p:] += np.einsum("tij,tik->jk", own[:, 2:, 2:], own[:, 2:, 2:])
+    last = _by_cholesky(rest)
+
+    def solve(right: FloatArray) -> FloatArray:
+        z, w = np.einsum("ti,tij->tj", right[: 2 * t].reshape(t, 2), inverse).ravel(), right[2 * t :].copy()
+        w[-p:] -= z @ ends
+        w = last(w - (pairs @ z) @ along)
+        z -= small(pairs @ z + others @ w) @ pairs + ends @ w[-p:]
+        return np.append(np.einsum("tij,tj->ti", inverse, z.reshape(t, 2)), w)
+
+    return solve
 
 
 def _large_first(rows: FloatArray) -> FloatArray:

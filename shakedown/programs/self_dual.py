@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.ground.constants import (
-    FOUR_DIGITS,
     ITERATIONS,
     MINOR,
     NEGLIGIBLE,
@@ -166,7 +165,7 @@ def _solved(given: DiscProgram, usable: float, begun: Points, enough: StopTest |
 
 
 @np.errstate(all="ignore")  # what is not finite is no point
-def inner_point(program: DiscProgram, end: SelfDualSolution, gap: float = FOUR_DIGITS) -> Point | None:
+def inner_point(program: DiscProgram, end: SelfDualSolution, gap: float) -> Point | None:
     """A point of both programs well inside their cones, without residuals; None where there is none.
 
     From the point on the way to an optimum that has this mean of slack times multiplier, by Newton's
