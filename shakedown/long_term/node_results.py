@@ -25,7 +25,7 @@ from shakedown.joint.result import Result
 from shakedown.joint.units import Units, units_of
 from shakedown.long_term.rigid_drift import RigidDrift
 from shakedown.long_term.state import LongTermState, SteppedState
-from shakedown.motion.checked_law import length_scales, path_resolution
+from shakedown.motion.checked_law import least_slip, length_scales, path_resolution
 from shakedown.motion.event_history import EventHistory
 
 STATUSES = STICKS, SLIPS, STAYS_OPEN, MIXED, NOT_KNOWN = "stick", "slip", "open", "mixed", "undecided"
@@ -480,12 +480,10 @@ def _widest(low: FloatArray, high: FloatArray, drift: FloatArray) -> FloatArray:
 
 def statuses(settled: Settled, tolerances: Tolerances) -> tuple[str, ...]:
     """Whether each node sticks, slips, is open or both over the period."""
-    n = settled.problem.n
-    words = np.full(n, STICKS if settled.period else NOT_KNOWN, dtype=object)
+    words = np.full(settled.problem.n, STICKS if settled.period else NOT_KNOWN, dtype=object)
     if settled.period:
-        none = 4 * path_resolution(settled.problem, tolerances)
-        slips = settled.slip_per_cycle > none * length_scales(settled.problem, settled.load_factor)
-        words[slips] = SLIPS
+        none = least_slip(settled.problem, tolerances)
+        words[settled.slip_per_cycle > none * length_scales(settled.problem, settled.load_factor)] = SLIPS
         words[settled.opened] = MIXED
     words[list(settled.open_nodes)] = STAYS_OPEN
     return tuple(words)

@@ -65,8 +65,13 @@ def path_accuracy(problem: Problem, tolerances: Tolerances) -> float:
 
 
 def path_resolution(problem: Problem, tolerances: Tolerances) -> float:
-    """Slip per period, relative to the length scale, up to which a node counts as not slipping."""
+    """What is resolved of slips over a period, relative to the length scale."""
     return 10.0 * path_accuracy(problem, tolerances) or tolerances.periodicity
+
+
+def least_slip(problem: Problem, tolerances: Tolerances) -> float:
+    """Slip per period, relative to the length scale, up to which a node counts as not slipping."""
+    return 4.0 * path_resolution(problem, tolerances)
 
 
 def law_resolution(problem: Problem, tolerances: Tolerances) -> float:

@@ -20,7 +20,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.law import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.motion.checked_law import law_violation, path_resolution, reactions, scales, scales_of
+from shakedown.motion.checked_law import law_violation, least_slip, reactions, scales, scales_of
 from shakedown.motion.course import EventKind
 from shakedown.motion.space.space_run import DEGREE
 
@@ -101,7 +101,7 @@ class EventHistory(Result):
         array([False,  True])
         """
         slip = np.where(self.state[:-1] != OPEN, problem.law.size(np.diff(self.v, axis=0)), 0.0).sum(axis=0)
-        none = 4.0 * path_resolution(problem, tolerances) * scales_of(problem, self.q_w, self.p_w).length
+        none = least_slip(problem, tolerances) * scales_of(problem, self.q_w, self.p_w).length
         return replace(self, state=np.where((slip <= none) & (self.state != OPEN), STICK, self.state))
 
     def at(self, cycle: FloatArray) -> "EventHistory":

@@ -134,9 +134,7 @@ class Evolution(Motion):
 
     def _what_it_did(self) -> CycleRecord:
         did, counted, jumps = self.method.motion, self.method.motion.content, tuple(self.jumps)
-        work = did.work.copy()
-        for jump in jumps:
-            work += jump.work
+        work = sum((jump.work for jump in jumps), did.work.copy())
         return CycleRecord(
             end_slip=self.u[self.problem.layout.slips].copy(),
             slip=did.slip.copy(),

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from shakedown.ground.constants import FloatArray, IntArray
 from shakedown.ground.status import Outcome
 from shakedown.joint.result import Result
-from shakedown.motion.checked_law import length_scales, path_accuracy, path_resolution, scales
+from shakedown.motion.checked_law import least_slip, length_scales, path_accuracy, path_resolution, scales
 from shakedown.motion.method import cycles_of
 from shakedown.studies.samplers import Sampling
 
@@ -164,7 +164,7 @@ def limit_cycles(sampling: Sampling, columns: Columns) -> tuple[LimitCycle, ...]
 def _by_kind(sampling: Sampling, columns: Columns) -> Iterator[tuple[tuple[int, ...], Rows]]:
     """Of limit cycles alike in outcome, period and slipping nodes: these, and the rows of their states."""
     problem = sampling.problem
-    still = 4.0 * path_resolution(problem, sampling.tolerances) * length_scales(problem, sampling.load_factor)
+    still = least_slip(problem, sampling.tolerances) * length_scales(problem, sampling.load_factor)
     outcome, period, slips = columns["outcome"], columns["period"], columns["slip_per_cycle"] > still
     cyclic = np.flatnonzero((period > 0) & (outcome != Outcome.SHAKEDOWN))
     if not len(cyclic):
