@@ -187,14 +187,16 @@ class LimitSearch:
         evolution, at = self.evolution, self.compiled
         if not at.jumped:
             evolution.enter_cycle(at.cycles)
+        before = len(evolution.jumps)
         if status == LoopEnd.NO_RATES and self._events.finds_rates():
-            instruct(self.compiled, Instruction.RATES, 0.0, 0.0)
+            instruct(at, Instruction.RATES, 0.0, 0.0)
         elif status == LoopEnd.NO_RATES and evolution.jump():
-            jump = evolution.jumps[-1]
-            instruct(self.compiled, Instruction.JUMP, jump.friction_work, jump.damping_work)
+            new = evolution.jumps[before:]  # none where the state keeps its place
+            friction, damping = (new[0].friction_work, new[0].damping_work) if new else (0.0, 0.0)
+            instruct(at, Instruction.JUMP if new else Instruction.STAYS, friction, damping)
         else:
             evolution.say_why(status)
-            instruct(self.compiled, Instruction.LEAVES if evolution.left else Instruction.STOPPED, 0.0, 0.0)
+            instruct(at, Instruction.LEAVES if evolution.left else Instruction.STOPPED, 0.0, 0.0)
 
 
 def _reason(evolution: Evolution, at: PlaneSearch, verdict: int) -> tuple[str, float]:

@@ -18,7 +18,7 @@ Verdict = IntEnum(
     "Verdict", "SEARCHING UNDECIDED BROKEN BLURRED LEFT SHAKEDOWN CYCLIC_SLIP RATCHETTING SEPARATION", start=0
 )
 """BLURRED: no slip, but beside the loads at rest those that change are next to round-off."""
-Instruction = IntEnum("Instruction", "ANEW FROM_HERE RATES JUMP STOPPED LEAVES LIMIT_FOUND", start=0)
+Instruction = IntEnum("Instruction", "ANEW FROM_HERE RATES JUMP STAYS STOPPED LEAVES LIMIT_FOUND", start=0)
 
 
 @entered
@@ -145,8 +145,8 @@ def instruct(se: PlaneSearch, word: int, one: float, other: float) -> None:
 
     ANEW, from the first of some initial slips; FROM_HERE, a search from the present state; RATES
     have been found where there were none; a JUMP, of which friction has taken ``one`` and damping
-    ``other``; STOPPED, the motion cannot go on, or it LEAVES; the LIMIT_FOUND, entered into the map,
-    which decays (``one`` > 0) by a factor ``other``.
+    ``other``; the state STAYS where nothing loads it and there are no rates; STOPPED, the motion cannot go
+    on, or it LEAVES; the LIMIT_FOUND, entered into the map, which decays (``one`` > 0) by a factor ``other``.
     """
     if word == Instruction.ANEW:
         se.row, se.phase, se.verdict = 0, Phase.START, Verdict.SEARCHING
@@ -156,18 +156,18 @@ def instruct(se: PlaneSearch, word: int, one: float, other: float) -> None:
     elif word == Instruction.LIMIT_FOUND:
         se.map.decaying, se.map.contraction = one > 0.0, other
         begin_leaps(se)
-    elif word in (Instruction.RATES, Instruction.JUMP):
+    elif word in (Instruction.RATES, Instruction.JUMP, Instruction.STAYS):
         run = se.cyclic if se.cycles else se.first
         if se.phase == Phase.CONFIRM:
             run = se.recorded
             if word == Instruction.RATES:
                 run.record.rows -= 1  # recorded again when they are taken
             check_rows(se.check, run.active, run.record, run.course, se.done)
-        if word == Instruction.JUMP:
+        if word != Instruction.RATES:
             se.jump_friction += one
             se.jump_damping += other
             se.jumped += 1
-            se.jumps += 1
+            se.jumps += word == Instruction.JUMP
         se.resumed = True
     elif se.phase == Phase.LEAP or (se.phase == Phase.CONFIRM and se.from_limit):
         se.phase, se.resumed = Phase.LEAVE, False

@@ -257,7 +257,7 @@ class PlaneSearch(NamedState):
     friction, damping, jumps
         What friction took since the period began, and the damping in so many jumps.
     jump_friction, jump_damping, jumped
-        The same of the jumps of the present cycle alone.
+        The same of the jumps of the present cycle alone, counted with instants at which the state stays.
     events, spent
         Followed in all; effort of the present call.
     most_cycles, longest_period
