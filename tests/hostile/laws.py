@@ -12,14 +12,10 @@ from shakedown.joint.units import without_loads
 Change = Callable[[Problem, np.random.Generator], Problem]
 
 
-def other_forces(problem: Problem, rng: np.random.Generator) -> Problem:
-    """Stiffness and loads times a power of two: slips and load factors stay as they are."""
-    return in_units(problem, 2.0 ** int(rng.integers(-60, 61)), 1.0)
-
-
-def other_lengths(problem: Problem, rng: np.random.Generator) -> Problem:
-    """Lengths times a power of two, forces as they are."""
-    return in_units(problem, 1.0, 2.0 ** -int(rng.integers(-60, 61)))
+def other_units(problem: Problem, rng: np.random.Generator) -> Problem:
+    """Forces and lengths times powers of two, and energies, whose roots are taken, times an even one."""
+    one, other = rng.integers(-30, 31, 2)
+    return in_units(problem, 2.0 ** (one + other), 2.0 ** (one - other))
 
 
 def other_labels(problem: Problem, rng: np.random.Generator) -> Problem:
@@ -80,15 +76,14 @@ def backwards(problem: Problem, _: np.random.Generator) -> Problem:
 TANGENTIAL = ("q_w", "q_mean", "q_transient", "initial_slip")
 NORMAL = ("p_w", "p_mean", "p_transient")
 SAME_EVOLUTION: Mapping[str, Change] = {
-    change.__name__: change for change in (other_forces, other_lengths, other_labels, other_direction)
+    change.__name__: change for change in (other_units, other_labels, other_direction)
 }
 SAME_BOUNDS: Mapping[str, Change] = SAME_EVOLUTION | {
     change.__name__: change for change in (other_origin, other_start, backwards)
 }
-EXACT = ("other_forces", "other_lengths")  # powers of two change no mantissa
+EXACT = "other_units"  # powers of two change no mantissa
 SAME_IN_SPACE: Mapping[str, Change] = {
-    change.__name__: change
-    for change in (other_forces, other_lengths, other_labels, other_tangents, other_origin, backwards)
+    change.__name__: change for change in (other_units, other_labels, other_tangents, other_origin, backwards)
 }
 
 
