@@ -21,7 +21,7 @@ from shakedown.joint.law import Law
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.program import exact_products
-from shakedown.programs.self_dual import balanced_multipliers, inner_point
+from shakedown.programs.self_dual import inner_point
 
 HALF_ULP = 0.5 * np.finfo(float).eps  # relative error of one rounding
 TINY = float(np.finfo(float).tiny)  # largest loss by underflow in a sum of products
@@ -369,22 +369,11 @@ def proved_infeasible(problem: Problem, rows: DiscRows, end: UnscaledSolution) -
     proof = proof_of(problem, rows)
     if not proof.inverse.proved:
         return False
-    for y in _exclusions(rows, end):
-        if (balance := fitting(proof, y, [])) is not None:
-            _, most, _, slope = _totals(proof, balance)
-            if most < 0 and slope <= 0:
-                return True
-    return False
-
-
-def _exclusions(rows: DiscRows, end: UnscaledSolution) -> Iterator[FloatArray]:
-    """Multipliers that exclude every slip, then those with more slack on the way to them."""
-    yield rows.with_pressures(end.y, end.z)
-    for point in end.scaled_solution.path[-2::-2]:
-        y, z = end.scaled.multipliers(balanced_multipliers(end.scaled.program, point._replace(tau=0.0)))
-        size = -float(np.vdot(y, end.scaled.rows.c) + z @ end.scaled.rows.half_spaces.g)
-        if size > 0 and np.isfinite(y).all():
-            yield rows.with_pressures(y / size, z / size)
+    balance = fitting(proof, rows.with_pressures(end.y, end.z), [])
+    if balance is None:
+        return False
+    _, most, _, slope = _totals(proof, balance)
+    return most < 0 and slope <= 0
 
 
 def enclosed(
