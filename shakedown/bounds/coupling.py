@@ -283,7 +283,7 @@ def row_coupling_ratio(A: FloatArray, fB: FloatArray) -> Coupling | None:
         except np.linalg.LinAlgError:
             break
         d = np.abs(d)
-        if not np.all(np.isfinite(d)) or d.max() == 0.0:
+        if not np.all(np.isfinite(d)):
             break
         d = np.maximum(d / d.max(), ROUND_OFF)  # for nodes that hardly take part in the coupling
     weights = best[1]

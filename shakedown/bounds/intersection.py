@@ -136,7 +136,7 @@ def solve_subsets(
         size = np.abs(x).max(axis=1)
         blur = np.finfo(float).eps * size / condition  # round-off of a zero load factor
         excess = (x @ rows.matrix.T - rows.right).max(axis=1)
-        reach = np.maximum(size * np.abs(rows.matrix).max(), np.abs(rows.right).max())
+        reach = np.maximum(size, np.abs(rows.right).max())  # the entries of the matrix are near 1
     load_factors = x[:, -1] * rows.column_scale[-1]
     positive = regular & (x[:, -1] > blur)
     feasible = positive & (excess <= tolerances.feasibility * reach)

@@ -74,11 +74,11 @@ class EnergyBall(Result):
         The energy norm.
     inner_radius
         ``radius`` less what round-off may hide: within it a state is inside for certain.
-    zone
-        The open nodes and the joint of the closed ones; None with all nodes closed.
     share : (n, 2)
         With two directions what part c of the change of its own tangential reaction is counted as the
         change of the pressure of every closed node (docs/energy.md, eq. 1) [1]; else empty.
+    zone
+        The open nodes and the joint of the closed ones; None with all nodes closed.
     """
 
     status: Status
@@ -90,8 +90,8 @@ class EnergyBall(Result):
     reason: str
     metric: EnergyMetric = field(repr=False)
     inner_radius: float
+    share: FloatArray = field(repr=False)
     zone: Zone | None = field(default=None, repr=False)
-    share: FloatArray = field(default_factory=lambda: np.zeros((0, 2)), repr=False)
 
     @property
     def open_nodes(self) -> tuple[int, ...]:
