@@ -120,19 +120,26 @@ def test_a_ball_with_shares_is_so_small_that_no_jump_opens_a_node():
     assert (state.outcome, state.open_nodes) == ("shakedown", ())
 
 
+@pytest.mark.parametrize("size", [0.4, 0.5])
+def test_a_ball_around_a_state_holds_it_or_there_is_none(size):
+    joint, state = space_joint(2, 1, m=4, friction=1.2), size * np.array([-0.41, -2.44])
+    ball = energy_ball(replace(joint, B=4.0 * joint.B, C=16.0 * joint.C), 0.3, around=state)
+    assert (ball.status == "optimal", ball.contains(state)) == (size < 0.45, size < 0.45)
+
+
 @pytest.mark.parametrize("seed", range(2))
 def test_no_ball_is_refuted_that_the_energy_bound_finds(seed):
-    """Where λ_E proves a state a ball holds it; well above λ_E one program tells that none does."""
+    """Where λ_E proves a state a ball holds it; above λ_E one program tells that none does."""
     problem = space_joint(seed, 2 + seed % 2)
-    generator, refuted = np.random.default_rng(seed), 0
+    generator = np.random.default_rng(seed)
     base = energy_bound(problem, certify=False)
     for size in (0.0, 0.3, 1.0):
         state = base.slip + size * generator.normal(size=2 * problem.n)
         bound = energy_bound(problem, state, certify=False)
-        if bound.status == "optimal":
-            assert not no_ball_holds(problem, bound.load_factor * (1 - 1e-9), state, (), DEFAULT)
-            refuted += no_ball_holds(problem, 2.0 * bound.load_factor, state, (), DEFAULT)
-    assert refuted > 0
+        assert bound.status == "optimal"
+        assert not no_ball_holds(problem, bound.load_factor * (1 - 1e-9), state, (), DEFAULT)
+        for times in (1.1, 2.0):
+            assert no_ball_holds(problem, times * bound.load_factor, state, (), DEFAULT)
 
 
 def test_open_nodes_keep_their_gap():
@@ -158,37 +165,26 @@ def test_open_nodes_keep_their_gap():
 
 def test_transient_steps_are_further_ones_without_load_factor():
     problem = space_joint(2, 3)
-    middle = energy_ball(problem, 0.0).slip
-    plain = energy_bound(problem, middle, split=False, certify=False)
-    loop = loading(problem)
-    harmless = replace(problem, q_transient=loop.q0[None], p_transient=loop.p0[None])
-    assert energy_bound(harmless, middle, split=False, certify=False).load_factor == pytest.approx(
-        plain.load_factor, rel=1e-9
-    )
-    late = 0.9 * plain.load_factor
-    q, p = loop.at(late)
-    hard = replace(problem, q_transient=q, p_transient=p)
-    assert energy_bound(hard, middle, split=False, certify=False).load_factor == pytest.approx(
-        plain.load_factor, rel=1e-9
-    )
-    q, p = loop.at(1.1 * plain.load_factor)
-    harder = energy_bound(replace(problem, q_transient=q, p_transient=p), middle, split=False, certify=False)
-    assert harder.status == "infeasible" or harder.load_factor < plain.load_factor
+    middle, loop = energy_ball(problem, 0.0).slip, loading(problem)
+
+    def bound(q, p):
+        before = replace(problem, q_transient=q, p_transient=p)
+        return energy_bound(before, middle, split=False, certify=False)
+
+    plain = bound(None, None).load_factor
+    for q, p in ((loop.q0[None], loop.p0[None]), loop.at(0.9 * plain)):
+        assert bound(q, p).load_factor == pytest.approx(plain, rel=1e-9)
+    q, p = loop.at(1.1 * plain)
+    harder = bound(q, p)
+    assert harder.status == "infeasible" or harder.load_factor < plain
     ball = energy_ball(replace(problem, q_transient=q, p_transient=p), 0.1, transient=False, split=False)
     assert ball.radius == pytest.approx(energy_ball(problem, 0.1, split=False).radius, rel=1e-9)
 
 
 def test_limits_that_hold_below_a_load_factor_do_so_with_their_shares():
     """With p = f p = 1 − λ and q = 0.9 (λ − 1): at λ = 1 both vanish, and a |q| > f p below where a > 1 / 0.9."""
-    joint = Problem(
-        A=2.0 * np.eye(2),
-        B=[[0.0, 0.0]],
-        f=1.0,
-        q_w=[[0.9, 0.0]],
-        p_w=[[0.0]],
-        q_mean=[0.0, 0.0],
-        p_mean=[1.0],
-    )
+    loads = {"q_w": [[0.9, 0.0]], "p_w": [[0.0]], "q_mean": [0.0, 0.0], "p_mean": [1.0]}
+    joint = Problem(A=2.0 * np.eye(2), B=[[0.0, 0.0]], f=1.0, **loads)
     limits, slip, found = ball_limits(contact_zone(joint, ())), np.array([-0.45, 0.0]), []
     for share in (0.0, 0.9):
         shared = limits.shared(np.array([[share, 0.0]]))

@@ -12,7 +12,9 @@ import shakedown
 from benchmarks.plain_energy import plainly
 from benchmarks.problems import random_problem
 from shakedown import Problem, energy_ball, energy_bound
+from shakedown.bounds.energy.about_slip import limits_about
 from shakedown.bounds.energy.ball_limits import ball_limits
+from shakedown.bounds.energy.ball_search import _largest_load, best_share
 from shakedown.bounds.energy.energy_ball import closed_radius
 from shakedown.joint.contact_zone import contact_zone
 
@@ -120,16 +122,10 @@ def test_an_interval_that_begins_at_zero_does_so(first):
     """A vertex that broke a limit by 3 % was taken for the optimum, as the gap was relative to that."""
     A = np.array([[1.41, -0.08, 0.53, -0.33], [0, 1.11, 0.07, 0.38], [0, 0, 1.42, -0.47], [0, 0, 0, 1.69]])
     mean = {"q_mean": [0.07, 0.69, -0.23, 0.39], "p_mean": [2.98, 1.39]}
-    joint = Problem(
-        A=np.triu(A, 1).T + A,
-        B=[[0.0, 0.0, 0.0, 0.0], [0.45, 0.24, 0.1, 0.0]],
-        f=[0.58, 0.19],
-        q_w=[[*first, -0.23, 0.39], [0.07, 0.69, -2.01, 0.39]],
-        p_w=[mean["p_mean"]] * 2,
-        q_transient=[mean["q_mean"]],
-        p_transient=[[3.67, 2.02]],
-        **mean,
-    )
+    loop = {"q_w": [[*first, -0.23, 0.39], [0.07, 0.69, -2.01, 0.39]], "p_w": [mean["p_mean"]] * 2}
+    before = {"q_transient": [mean["q_mean"]], "p_transient": [[3.67, 2.02]]}
+    B = [[0.0, 0.0, 0.0, 0.0], [0.45, 0.24, 0.1, 0.0]]
+    joint = Problem(A=np.triu(A, 1).T + A, B=B, f=[0.58, 0.19], **loop, **before, **mean)
     assert energy_bound(joint, split=False).least_load_factor == 0.0
 
 
@@ -139,6 +135,12 @@ def test_a_ball_that_is_larger_breaks_a_limit(problem):
     radius = ball.radius / limits.metric.unit
     assert limits.residual(ball.slip, 0.3, radius) <= 1e-13
     assert limits.residual(ball.slip, 0.3, 1.001 * radius) > 1e-6
+    about = limits_about(limits, ball.slip, 0.01)
+    y = 0.02 * np.random.default_rng(0).normal(size=about.base.rank)
+    (radius, most), slip = _largest_load(about, y), ball.slip + limits.metric.inverse @ y * about.length
+    assert radius * limits.metric.unit == pytest.approx(limits.metric.norm(slip - ball.slip) + 0.01)
+    assert limits.residual(slip, most, radius) == pytest.approx(0.0, abs=1e-12)
+    assert limits.residual(slip, most + 1e-6, radius) > 1e-9
 
 
 def test_a_node_without_stiffness_bears_what_its_friction_does():
@@ -211,3 +213,21 @@ def test_a_limit_that_the_constant_load_reaches_does_not_hide_a_proof(seed):
     ]
     assert found[1:] == pytest.approx(found[:1] * 2, rel=1e-9)
     assert found[0] > 1.05 * energy_bound(replace(joint, **loop), split=False).load_factor
+
+
+def test_a_mean_that_is_given_of_reactions_alone_is_given():
+    joint = space_joint(96, 1, m=3, friction=0.8)
+    loads = {"p_w": np.tile(joint.p_w.mean(axis=0), (3, 1)), "q_mean": 0.5 + joint.q_w.mean(axis=0)}
+    alone, both = (energy_bound(replace(joint, **loads, p_mean=p)) for p in (None, loads["p_w"][0]))
+    assert alone.load_factor == pytest.approx(both.load_factor, rel=1e-9)
+
+
+@pytest.mark.parametrize("radius", [0.02, 0.2, 1.0])
+def test_no_other_share_leaves_a_node_more_slack(radius):
+    problem, rng = space_joint(0, 3), np.random.default_rng(0)
+    limits, slip = ball_limits(contact_zone(problem, ())), energy_ball(problem, 0.5).slip
+    share, first = best_share(limits, slip, 0.5, radius), np.unique(limits.node, return_index=True)[1]
+    others = (share + off * rng.normal(size=(3, 2)) for off in np.repeat([0.0, 1e-3, 0.03, 0.3, 1.0], 20))
+    slack = [limits.shared(c).slack(slip, 0.5, radius) for c in others]  # first that of the share itself
+    least = np.minimum.reduceat(slack, first, axis=1)
+    assert (least <= least[0] + 1e-9).all()

@@ -12,13 +12,9 @@ from shakedown import Problem
 from shakedown.bounds.energy.energy_bound import ExactBall
 
 NONE = np.zeros((0, 2))  # shares are given with two directions only
-TWO = Problem(  # A⁻¹ = I / 2: B_0 A⁻¹ B_0ᵀ = 1/2 + 1/8, less B_00²/A_00 = 1/2: γ_0² = 1/8; γ_1 = 0
-    A=2 * np.eye(2),
-    B=[[1.0, 0.5], [0.0, 0.0]],
-    f=[0.5, 0.25],
-    q_w=[[1.0, 0.0], [-1.0, 0.0]],
-    p_w=[[4.0, 4], [4, 4]],
-)
+LOADS = {"q_w": [[1.0, 0.0], [-1.0, 0.0]], "p_w": [[4.0, 4], [4, 4]]}
+# A⁻¹ = I / 2: B_0 A⁻¹ B_0ᵀ = 1/2 + 1/8, less B_00²/A_00 = 1/2: γ_0² = 1/8; γ_1 = 0
+TWO = Problem(A=2 * np.eye(2), B=[[1.0, 0.5], [0.0, 0.0]], f=[0.5, 0.25], **LOADS)
 
 
 @pytest.mark.parametrize(("radius", "holds"), [(Fraction(56, 10), True), (Fraction(57, 10), False)])
@@ -84,8 +80,7 @@ def test_a_body_that_only_friction_holds_is_certified_where_that_is_clear():
 
 
 def test_transient_load_steps_are_checked():
-    kind = {"q_transient": [[1.8, 0.0]], "p_transient": [[4.0, 4.0]]}
-    pulled = Problem(A=TWO.A, B=TWO.B, f=TWO.f, q_w=TWO.q_w, p_w=TWO.p_w, **kind)
+    pulled = replace(TWO, q_transient=[[1.8, 0.0]], p_transient=[[4.0, 4.0]])
     assert ExactBall(TWO, NONE).holds(1.0, np.zeros(2), 5.0)
     assert not ExactBall(pulled, NONE).holds(1.0, np.zeros(2), 5.0)
     assert ExactBall(pulled, NONE).holds(1.0, np.zeros(2), 1.0)

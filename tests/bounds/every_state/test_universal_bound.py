@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from joints_in_space import embedded
+from scipy.linalg import block_diag
 from scipy.optimize import linprog
 
 import shakedown
@@ -80,20 +81,22 @@ def test_lifted_nodes_and_missing_safe_states_leave_nothing():
     lifted = universal_bound(replace(shakedown.example("block-9"), f=0.5))
     assert (lifted.status, lifted.load_factor, lifted.limited_by) == ("optimal", 0.0, "first collapse")
     assert "some locked-in slip lifts node " in lifted.reason
-    none = universal_bound(shakedown.example("receding-block"))
-    assert none.status == "infeasible"
-    assert np.isnan(none.load_factor)
+    for pulled in (shakedown.example("receding-block"), joint(p_w=np.full((12, 3), -1.0), coupling=0.1)):
+        none = universal_bound(pulled)
+        assert (none.status, none.limited_by) == ("infeasible", "mean load")
+        assert np.isnan(none.load_factor)
+    loads = {"q_w": [[0.1, 0.0], [-0.1, 0.0]], "p_w": np.full((2, 2), 5.0)}
+    # A (1, −1) = 0, but that is no rigid motion
+    found = least_pressure_bound(Problem(A=np.ones((2, 2)), B=0.1 * np.eye(2), f=0.3, **loads))
+    assert (found.load_factor, found.node, found.lift_off_bound, found.floats) == (0.0, -1, 0.0, False)
+    assert np.isnan([*found.pressures, *found.reactions, *found.mean_reactions]).all()
 
 
 def test_nothing_is_proved_where_the_motion_may_jump():
     """Friction between the thresholds of the set of both nodes and of each alone; λ_1 > 0 all the same."""
-    problem = Problem(
-        A=[[1.0, 0.9, 0.0], [0.9, 1.0, 0.0], [0.0, 0.0, 1.0]],
-        B=[[0.0, 0.4, 0.0], [-0.4, 0.0, 0.0], [0.0, 0.0, 0.0]],
-        f=0.9,
-        q_w=[[0.1, 0.0, 0.0], [-0.1, 0.0, 0.1]],
-        p_w=np.full((2, 3), 2.0),
-    )
+    loads = {"q_w": [[0.1, 0.0, 0.0], [-0.1, 0.0, 0.1]], "p_w": np.full((2, 3), 2.0)}
+    A, B = block_diag([[1.0, 0.9], [0.9, 1.0]], 1.0), block_diag([[0.0, 0.4], [-0.4, 0.0]], 0.0)
+    problem = Problem(A=A, B=B, f=0.9, **loads)
     bound = universal_bound(problem)
     assert (bound.load_factor, bound.argument) == (0.0, "none")
     assert bound.limited_by in ("uniqueness", "first collapse")
@@ -234,10 +237,12 @@ def test_in_the_plane_there_are_two_directions(seed):
     assert found.node == int(np.argmin(both))
 
 
-def test_locked_in_slip_that_lifts_off_under_the_mean_load():
-    found = universal_bound(joint(p_w=np.full((12, 3), 0.4), coupling=3.0, f=0.6, seed=2))
+@pytest.mark.parametrize("node", range(3))
+def test_locked_in_slip_that_lifts_off_under_the_mean_load(node):
+    found = universal_bound(joint(p_w=np.where(np.arange(3) == node, 0.1, 6.0) * np.ones((12, 1))))
     assert (found.load_factor, found.argument, found.limited_by) == (0.0, "none", "lift-off")
-    assert found.reason == f"some locked-in slip may lift node {found.node} off, under the mean load alone"
+    assert (found.node, found.lift_off_bound) == (node, 0.0)
+    assert found.reason == f"some locked-in slip may lift node {node} off, under the mean load alone"
 
 
 def test_where_the_pressure_alone_varies_lift_off_is_the_limit():
@@ -248,17 +253,12 @@ def test_where_the_pressure_alone_varies_lift_off_is_the_limit():
     assert (found.load_factor, found.lift_off_bound) == (pytest.approx(3.0), pytest.approx(3.0))
 
 
-def test_no_slip_is_safe_under_the_mean_load():
-    found = universal_bound(joint(p_w=np.full((12, 3), -1.0), coupling=0.1))
-    assert (found.status, found.limited_by) == ("infeasible", "mean load")
-    assert np.isnan(found.load_factor)
-
-
 def test_a_loop_without_amplitude_is_unbounded():
     loop = {"q_w": np.tile([0.3, 0.1] * 3, (4, 1)), "p_w": np.full((4, 3), 5.0)}
     found = universal_bound(joint(**loop))
     assert (found.status, found.load_factor, found.node) == ("unbounded", np.inf, -1)
-    assert least_pressure_bound(joint(**loop)).reason == "no load factor ends the proof"
+    assert (found.limited_by, found.lift_off_bound) == ("swing", np.inf)
+    assert found.reason == "least pressures: no load factor ends the proof"
 
 
 def test_a_node_without_friction():
