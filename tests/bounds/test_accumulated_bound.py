@@ -12,6 +12,7 @@ import shakedown
 from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from benchmarks.problems import random_problem
 from shakedown import Problem
+from shakedown.bounds import accumulated_bound
 from shakedown.bounds.accumulated_bound import confirmed, total_slip_bound
 from shakedown.bounds.arc_search import Slacks
 from shakedown.ground.constants import FloatArray
@@ -191,6 +192,16 @@ def test_the_check_notices_what_is_wrong() -> None:
     fewer = {name: getattr(arcs, name)[1:] for name in ("node", "first", "last", "alone")}
     part = arcs.coupling[1:, 1:]
     assert not holds(**fewer, coupling=part, inverse=np.linalg.inv(np.eye(len(part)) - part))
+
+
+@pytest.mark.parametrize("off", [1e-8, 1e-6])
+def test_what_is_not_confirmed_is_reduced_by_little_more_than_it_takes(monkeypatch, off) -> None:
+    problem, bisected = shakedown.example("two-node"), accumulated_bound._bisected
+    most = (1.0 + off) * shakedown.accumulated_bound(problem).load_factor
+    monkeypatch.setattr(accumulated_bound, "_bisected", lambda *given: (most, *bisected(*given)[1:]))
+    bound = shakedown.accumulated_bound(replace(problem))
+    assert bound.certified == bound.load_factor
+    assert off < 1.0 - bound.load_factor / most < 11 * off
 
 
 def test_a_start_that_is_not_known_well_proves_less() -> None:

@@ -16,6 +16,7 @@ from benchmarks.problems import joint, random_problem
 from shakedown import Problem
 from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound, solve_conic
 from shakedown.bounds.proof_status import GuaranteeEvidence, guarantee_status
+from shakedown.bounds.registry import FEW_NODES, takes_long
 from shakedown.ground.errors import UsageError
 from shakedown.joint.constraints import constraints, loading
 from shakedown.programs.disc_program import DiscProgram
@@ -27,6 +28,11 @@ def test_two_node_system_has_the_thesis_bounds() -> None:
     assert bounds.upper.load_factor == pytest.approx(0.7391455673806329, rel=1e-12)
     np.testing.assert_allclose(bounds.lower.slip, [1.53656435, 1.59365716], atol=1e-8)
     np.testing.assert_allclose(bounds.upper.slip, [-0.15634934, 1.28772669], atol=1e-8)
+
+
+def test_only_joints_of_many_nodes_in_space_take_long() -> None:
+    few, many = (space_joint(0, n, m=1) for n in (FEW_NODES, FEW_NODES + 1))
+    assert [takes_long(each) for each in (random_problem(60, 0), few, many)] == [False, False, True]
 
 
 @pytest.mark.parametrize(
@@ -60,6 +66,8 @@ def test_only_the_load_factor_times_the_amplitude_counts(joint: Problem) -> None
         bounds += [shakedown.lower_bound(given)] if joint.directions == 1 else []
         bounds += [shakedown.accumulated_bound(given)]  # sought to four digits
         found.append([size * bound.load_factor for bound in bounds])
+    large = shakedown.upper_bound(replace(given, q_w=q0 + q1 / size, p_w=p0 + p1 / size))
+    assert np.divide(large.certified, size) == pytest.approx([found[0][0]] * 2, rel=1e-9)
     assert found[1][:-1] == pytest.approx(found[0][:-1], rel=1e-9, nan_ok=True)
     assert found[1][-1] == pytest.approx(found[0][-1], rel=3e-4, nan_ok=True)
 
@@ -160,13 +168,8 @@ def test_a_safe_interval_that_ends() -> None:
 
 def test_the_guarantee_does_not_hang_on_the_last_bit() -> None:
     """λ_1 and the lift-off bound are the same number here, computed by two methods."""
-    base = Problem(
-        A=np.eye(2),
-        B=[[0.0, 0.05], [0.05, 0.0]],
-        f=0.3,
-        q_w=[[0.9, 0.0], [-0.9, 0.0]],
-        p_w=[[2.0, 4.0], [4.0, 4.0]],
-    )
+    loads = {"q_w": [[0.9, 0.0], [-0.9, 0.0]], "p_w": [[2.0, 4.0], [4.0, 4.0]]}
+    base = Problem(A=np.eye(2), B=[[0.0, 0.05], [0.05, 0.0]], f=0.3, **loads)
     near = shakedown.lower_bound(base).load_factor * (1 + np.arange(-8, 9) * np.finfo(float).eps)
     assert len({guarantee_status(GuaranteeEvidence(base, at)).guarantee for at in near.tolist()}) == 1
 
@@ -181,16 +184,13 @@ def test_any_solver_of_the_modelling_layer(solver: str) -> None:
     assert lower.load_factor == pytest.approx(0.6573734697246544, rel=1e-8)
 
 
+APART = {"A": np.diag([2.0, 1.0]), "B": np.zeros((2, 2))}
 NOTHING_TO_SPARE = {  # slip zero is safe under the mean load, and rests on limits where every term vanishes
     "no friction": {"A": [[2.0]], "B": [[1.0]], "f": 0.0, "q_w": [[1.0], [-1.0]], "p_w": [[3.0], [3.0]]},
     "no load": {"A": [[1.0]], "B": [[0.3]], "f": 0.5, "q_w": [[0.0]], "p_w": [[0.0]], "C": [[1.0]]},
-    "one node without friction": {
-        "A": np.diag([2.0, 1.0]),
-        "B": np.zeros((2, 2)),
-        "f": [0.0, 0.5],
-        "q_w": [[1.0, 3.0], [-1.0, 2.0]],
-        "p_w": [[3.0, 2.0], [3.0, 2.0]],
-    },
+    "a node without friction": APART
+    | {"f": [0.0, 0.5], "q_w": [[1.0, 3.0], [-1.0, 2.0]], "p_w": [[3.0, 2.0]] * 2},
+    "a node without load": APART | {"f": 0.5, "q_w": [[0.0, 8.0], [0.0, -8.0]], "p_w": [[0.0, 4.0]] * 2},
 }
 
 

@@ -90,13 +90,8 @@ def test_unbounded_direction_is_exact() -> None:
 @pytest.mark.parametrize("tilt", [1e-13, -1e-13, 3e-16, -3e-16])
 def test_nearly_parallel_rows_are_decided_exactly(tilt: float) -> None:
     """Two nodes with nearly the same stiffness: the active rows differ by less than any tolerance."""
-    problem = Problem(
-        A=[[2.0, 1.0], [1.0, 1.0 + tilt]],
-        B=[[0.3, 0.1], [0.3, 0.1]],
-        f=0.3,
-        q_w=[[1.0, 0.5], [-1.0, -0.5], [0.2, 0.7]],
-        p_w=[[4.0, 3.0], [4.5, 2.5], [3.0, 3.5]],
-    )
+    loads = {"q_w": [[1.0, 0.5], [-1.0, -0.5], [0.2, 0.7]], "p_w": [[4.0, 3.0], [4.5, 2.5], [3.0, 3.5]]}
+    problem = Problem(A=[[2.0, 1.0], [1.0, 1.0 + tilt]], B=[[0.3, 0.1], [0.3, 0.1]], f=0.3, **loads)
     bounds, (_, largest) = shakedown.shakedown_bounds(problem), exact_bounds(problem)
     low, high = bounds.upper.certified
     assert Fraction(low) <= largest <= Fraction(high)

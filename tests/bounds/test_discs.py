@@ -172,12 +172,25 @@ def test_a_joint_that_nothing_presses_has_no_load_factor(directions, seed):
     assert (upper.load_factor, upper.certified, upper.disputed) == (0.0, (0.0, 0.0), False)
 
 
+def test_a_stiffness_that_is_nearly_singular_has_the_safe_slips_of_its_limits():
+    """Without coupling λ_max = f p / |q₁|; a slip of 1e6 makes the mean loads alike, as friction asks for."""
+    A, swing = 1.0 - 1e-7 * (1.0 - np.eye(2)), np.outer([1.0, -1.0], [0.2, -0.1, 0.0, 0.2])
+    loads = {"q_w": swing + 5.0 + 0.2 * np.eye(1, 4, 1), "p_w": [[2.0] * 2] * 2, "stiffness_accuracy": 1e-12}
+    joint = Problem(A=np.kron(A, np.eye(2)), B=np.zeros((2, 4)), f=0.5, **loads)
+    upper = shakedown.upper_bound(joint)
+    assert upper.load_factor == pytest.approx(1.0 / np.hypot(0.2, 0.1), rel=1e-9)
+    assert abs(slack(joint, upper.slip, upper.load_factor)) < 1e-9
+
+
 def test_wedging_is_proved():
     problem = Problem(A=np.eye(2), B=[[3.0, 0.0]], f=0.8, q_w=[[1.0, 0.2], [-1.0, 0.1]], p_w=[[3.0], [2.5]])
     upper = shakedown.upper_bound(problem)
     assert upper.status == Status.UNBOUNDED
     assert upper.certified == (np.inf, np.inf)
     assert "wedging" in upper.reason
+    loop, means = loading(problem), {"q_mean": [0.0, 0.15], "p_mean": [2.75]}
+    eightfold = replace(problem, q_w=loop.q0 + 8 * loop.q1, p_w=loop.p0 + 8 * loop.p1, **means)
+    assert shakedown.upper_bound(eightfold).direction == pytest.approx(8 * upper.direction, rel=1e-6)
     assert upper.residual < 0
     assert slack(problem, 1e6 * upper.direction, 1e6) > 0
 

@@ -87,11 +87,7 @@ def test_bound_of_the_coupling_ratio_holds_in_exact_arithmetic(seed: int) -> Non
 
 @pytest.mark.parametrize(
     ("name", "f", "expected"),
-    [
-        ("block-9", 0.1, 0.660328),
-        ("block-33", 0.2, 0.506731),
-        ("press-fit", None, 0.346802),
-    ],
+    [("block-9", 0.1, 0.660328), ("block-33", 0.2, 0.506731), ("press-fit", None, 0.346802)],
 )
 def test_first_collapse_of_finite_element_joints_is_proved(name: str, f: float | None, expected: float):
     problem = shakedown.example(name)
@@ -127,15 +123,9 @@ def test_below_the_load_factor_zero_there_is_nothing_to_prove() -> None:
 
 def test_lift_off_takes_the_proof_away() -> None:
     """Little preload on node 1: other nodes' locked-in slip lifts it off below λ_1."""
-    problem = Problem(
-        A=np.eye(2),
-        B=[[0.0, 0.2], [0.6, 0.0]],
-        f=0.3,
-        q_w=[[1.0, 0.02], [-1.0, -0.02]],
-        p_w=[[6.0, 1.2], [6.0, 1.2]],
-    )
-    lower = shakedown.lower_bound(problem)
-    bound = lift_off_bound(problem)
+    loads = {"q_w": [[1.0, 0.02], [-1.0, -0.02]], "p_w": [[6.0, 1.2], [6.0, 1.2]]}
+    problem = Problem(A=np.eye(2), B=[[0.0, 0.2], [0.6, 0.0]], f=0.3, **loads)
+    lower, bound = shakedown.lower_bound(problem), lift_off_bound(problem)
     assert lower.coupling_ratio < 1
     assert bound < lower.load_factor
     assert lower.guarantee == "evidence"

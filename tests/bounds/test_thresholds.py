@@ -28,13 +28,6 @@ def lost_by(problem, slipping, separated=()):
     return lost.factor / stiffness.friction_unit, lost.sides
 
 
-def test_cited_thresholds_of_the_two_node_system():
-    limits = shakedown.friction_thresholds(shakedown.example("two-node"))
-    assert limits.single_node == pytest.approx([0.7608, 2.0225], abs=5e-5)
-    value, side = lost_by(shakedown.example("two-node"), (0,), (1,))
-    assert (round(value, 4), side) == (0.6380, (1,))
-
-
 def test_cited_thresholds_of_the_jump():
     problem = shakedown.example("jump")
     limits = shakedown.friction_thresholds(problem)
@@ -69,6 +62,14 @@ def all_minors_positive(problem, f, separated=()):
     matrices = [A + np.array(s)[:, None] * (f * B.T).T for s in product((1, -1), repeat=len(A))]
     chosen = [J for k in range(1, len(A) + 1) for J in combinations(range(len(A)), k)]
     return all(np.linalg.det(M[np.ix_(J, J)]) > 1e-9 for M in matrices for J in chosen)
+
+
+def test_a_set_whose_stiffness_counts_as_singular_says_nothing():
+    """det(A + S f B) = 1 − (c − 0.4 f)²; eigenvalues 1 ± c of A: (1 − c) / (1 + c) is a tenth at c = 0.818."""
+    B, rough = [[0.0, 0.4], [-0.4, 0.0]], shakedown.Tolerances(zero_mode=0.1)
+    for c, expected in ((0.815, 0.4625), (0.821, np.inf)):
+        found = shakedown.friction_thresholds(unloaded([[1.0, c], [c, 1.0]], B), tolerances=rough)
+        assert found.uniqueness_in_contact.value == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -119,7 +120,10 @@ def test_individual_coefficients_give_a_common_factor():
     )
     assert limits.factor
     assert not alike.factor
-    assert limits.single_node == pytest.approx([0.7608, 2.0225], abs=5e-5)
+    for cited in (limits, alike):
+        assert cited.single_node == pytest.approx([0.7608, 2.0225], abs=5e-5)
+    value, side = lost_by(problem, (0,), (1,))
+    assert (round(value, 4), side) == (0.6380, (1,))
     assert halved.uniqueness.value == pytest.approx(2 * limits.uniqueness.value)
     assert halved.wedging.value == pytest.approx(2 * limits.wedging.value)
 
@@ -167,6 +171,8 @@ def test_the_smallest_hard_case_ends_at_once() -> None:
     wedged = shakedown.friction_thresholds(hard).wedging
     assert wedged.value == pytest.approx(4.0, rel=1e-8)
     assert wedged.programs <= PROGRAMS
+    one = shakedown.friction_thresholds(unloaded([[2.0]], [[1.0]])).wedging
+    assert (one.value, one.programs) == (2.0, 1)  # there is one slip to be tried
 
 
 def test_sparse_and_integer_joints_end_with_a_bracket() -> None:
@@ -213,8 +219,9 @@ def test_many_nodes_are_not_searched_and_say_so() -> None:
 
 def test_coupling_of_the_size_of_round_off_is_none() -> None:
     """A condensation leaves 1e-16 where symmetry has 0."""
-    joint = unloaded(2 * np.eye(2) + 0.5, [[1e-16, -3e-16], [0.0, 2e-16]])
+    joint = unloaded(2 * np.eye(2) + 0.5, [[1e-16, -3e-16], [0.0, 2e-16]], np.eye(2))
     limits = shakedown.friction_thresholds(joint)
+    assert (limits.uniqueness.value, limits.uniqueness.separated) == (np.inf, ())
     assert np.all(np.isinf(limits.single_node))
     assert np.isinf(limits.uniqueness_in_contact.value)
     assert np.isinf(limits.wedging.value)

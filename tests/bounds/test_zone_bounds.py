@@ -38,6 +38,16 @@ def test_the_search_finds_the_best_of_all_zones(seed):
     assert found.load_factor == pytest.approx(best, rel=1e-9)
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_of_zones_that_are_equally_good_the_first_is_taken(way):
+    """Node 2 alone decides; slip of node 0 presses node 1 or draws it off, and both are safe."""
+    B, p = 0.5 * np.eye(3, k=-1) * [[1.0], [1.0], [0.0]], [10.0, -0.1 * way, 1.0]
+    loads = {"q_w": [[-way, 0.0, 0.6], [-way, 0.0, -0.6]], "p_w": [p, p]}
+    search = best_zone(shakedown.Problem(A=np.eye(3), B=B, C=np.eye(3), f=0.3, **loads))
+    assert (search.load_factor, search.visited) == (pytest.approx(0.5), 7)
+    assert search.zone.open_nodes == search.opened == (() if way > 0 else (1,))
+
+
 def test_a_closed_node_that_moves_with_open_ones_alone_is_pinned():
     """A part held by friction alone, of which one node stays closed: its stiffness is round-off."""
     generator, open_nodes, free, held, unit = np.random.default_rng(3), [0, 2], [0, 2, 3, 5], [1, 4], 1e6
@@ -113,16 +123,17 @@ def test_a_long_lap_is_answered_from_the_nodes_that_its_bolts_open():
 
 def test_of_the_safe_slips_of_a_zone_the_least_is_given():
     """Without coupling each closed node has a range of safe slips; the one that decides has a single one."""
-    q = np.array([[0.8, 0.3, 0.0], [-0.4, -0.1, 0.0]])
+    q = np.array([[0.62, 5.2, 0.0], [-0.58, 4.8, 0.0]])
     p = np.array([[1.0, 10.0, -1.0], [1.0, 10.0, -1.0]])
     for plane in (True, False):
         A, tangential = (np.eye(3), q) if plane else (np.eye(6), np.kron(q, [1.0, 0.0]))
         joint = shakedown.Problem(A=A, B=np.zeros((3, len(A))), C=np.eye(3), f=0.3, q_w=tangential, p_w=p)
         found = upper_bound(joint, open_nodes=[2])
-        slip = found.slip.reshape(3, -1)[:, 0]
         assert found.load_factor == pytest.approx(0.5)
-        assert slip[0] == pytest.approx(-0.2, abs=1e-8)
-        assert np.abs(found.slip).max() <= 0.2 + 1e-8
+        assert found.slip.reshape(3, -1)[:, 0] == pytest.approx([-0.02, -2.1, 0.0], abs=1e-8)
+        overlapping = replace(joint, p_w=p * [1.0, 1.0, -1.0])  # whatever the closed nodes do
+        safe = safe_slip(overlapping, 0.25, open_nodes=[2])
+        assert (safe.status, safe.margin) == ("infeasible", -np.inf)
 
 
 def slides_away(n):
@@ -163,6 +174,8 @@ def test_a_wrong_zone_is_reported_not_believed():
     assert upper_bound(RECEDING, open_nodes=[16]).status == "infeasible"
     with pytest.raises(UsageError, match="whole numbers or 'auto', found 'all'"):
         upper_bound(RECEDING, open_nodes="all")
+    with pytest.raises(UsageError, match="node 16 would overlap by"):
+        evolve(RECEDING, 0.5 * UPPER.load_factor, UPPER.slip, open_nodes=[16])
 
 
 @pytest.mark.parametrize("power", [-40, 25])
@@ -186,33 +199,21 @@ def test_rows_that_no_slip_changes_do_not_set_the_units_of_the_others(power, dra
     )
 
 
-def at_a_share(seed, share):
-    """Upper bound of the best zone, and a load factor between its ends."""
-    upper = zone_bound(seed)
-    if upper.status != "optimal":
-        assert np.isnan(upper.load_factor) or upper.load_factor == np.inf
-        return upper, np.nan
-    assert upper.residual < 1e-9
-    return upper, upper.least_load_factor + share * (upper.load_factor - upper.least_load_factor)
-
-
-def with_transient(problem, load_factor, seed):
-    """The same joint, brought to its loop through load steps in between those of the loop."""
-    q_w, p_w = loading(problem).at(load_factor)
-    weights = np.random.default_rng(seed).dirichlet(np.ones(problem.m), size=3)
-    return replace(problem, q_transient=weights @ q_w, p_transient=weights @ p_w)
-
-
 @pytest.mark.parametrize("transient", [False, True])
 @pytest.mark.parametrize("seed", [*SOME[:3], *SOME[12:18]])
 def test_below_the_bound_of_the_zone_nothing_slips(seed, transient):
     """Between the ends of its bound, started at rest in it."""
+    problem, upper = partly_open(seed), zone_bound(seed)
+    if upper.status != "optimal":
+        assert np.isnan(upper.load_factor) or upper.load_factor == np.inf
+        return
+    assert upper.residual < 1e-9
     for share in (0.5, 0.999):
-        problem, (upper, load_factor) = partly_open(seed), at_a_share(seed, share)
-        if upper.status != "optimal":
-            return
-        if transient:
-            problem = with_transient(problem, load_factor, seed)
+        load_factor = upper.least_load_factor + share * (upper.load_factor - upper.least_load_factor)
+        if transient:  # load steps in between those of the loop
+            weights = np.random.default_rng(seed).dirichlet(np.ones(problem.m), size=3)
+            q_w, p_w = (weights @ load for load in loading(problem).at(load_factor))
+            problem = replace(problem, q_transient=q_w, p_transient=p_w)
         run = evolve(problem, load_factor, upper.slip, open_nodes=upper.open_nodes, cycles=3)
         size = np.abs(upper.slip).max()
         assert run.stop is None
@@ -243,8 +244,3 @@ def test_slips_given_for_open_nodes_do_not_matter():
     )
     assert (one.initial_slip == two.initial_slip).all()
     assert (one.cycles[-1].end_slip == two.cycles[-1].end_slip).all()
-
-
-def test_what_cannot_be_a_start_is_refused_in_one_line():
-    with pytest.raises(UsageError, match="node 16 would overlap by"):
-        evolve(RECEDING, 0.5 * UPPER.load_factor, UPPER.slip, open_nodes=[16])
