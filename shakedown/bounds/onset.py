@@ -125,7 +125,6 @@ def _reactions(problem: Problem, slip: FloatArray) -> tuple[FloatArray, FloatArr
         for reactions in (start, along):
             moved = np.linalg.lstsq(stiffness[np.ix_(free, free)], reactions[:, free].T, rcond=None)[0].T
             reactions -= moved @ stiffness[:, free].T
-            reactions[:, free] = 0.0
     return start, along, np.abs(held) + np.abs(stiffness) @ np.abs(slip)
 
 
