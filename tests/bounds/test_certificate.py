@@ -141,9 +141,16 @@ def test_what_floats_say_at_loosened_tolerances_changes_no_exact_answer(
     assert found.residual <= 1e-12
 
 
-@pytest.mark.parametrize(("seed", "coupling"), [(37, 1.0), (31, 2.0), (39, 2.0)])
-def test_whichever_node_floats_call_the_first_the_exact_answer_is_the_first_collapse(seed, coupling) -> None:
-    drawn, away = joint(seed, 3, coupling), np.array([0.0, -30.0, 0.0])
+A, B = 2.0 * np.eye(3) + 0.5 * (np.eye(3, k=1) + np.eye(3, k=-1)), np.diag([-0.5, 0.0], 1)
+WHOLE = Problem(A=A, B=B, f=0.5, q_w=[[-4.0, -3.0, 0.0], [-1.0, -3.0, -4.0]], p_w=np.full((2, 3), 4.0))
+
+
+@pytest.mark.parametrize(
+    ("drawn", "middle"),  # at a later collapse of the last the slip of the middle node is zero
+    [(joint(37, 3, 1.0), -30.0), (joint(31, 3, 2.0), -30.0), (joint(39, 3, 2.0), -30.0), (WHOLE, 0.0)],
+)
+def test_whichever_node_floats_call_the_first_the_exact_answer_is_the_first_collapse(drawn, middle) -> None:
+    away = np.array([0.0, middle, 0.0])
     problem = replace(drawn, q_w=drawn.q_w - drawn.A @ away, p_w=drawn.p_w - drawn.B @ away)
     rows, program = constraints(problem), Simplex(load_factor_program(constraints(problem), +1.0))
     ends = collapses(rows, program, collapse_limits(rows), all_nodes=True)

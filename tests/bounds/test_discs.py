@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from fractions import Fraction
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -149,6 +150,11 @@ def test_a_rough_inverse_bounds_the_exact_one():
     rough = enclosure.Inverse(np.eye(1))
     rough.approximate, rough.norm = 0.8 * rough.approximate, 0.2
     assert rough.bound(np.ones(1)) >= 1.0
+
+
+def test_of_an_inner_point_twice_as_much_is_taken_each_time_up_to_all():
+    shares = [list(islice(enclosure.doubled(needed), 9)) for needed in (0.0, 0.3, 0.5, 1.0)]
+    assert shares == [[], [0.6, 1.0], [1.0], []]
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -35,11 +35,13 @@ def coupled_joint(seed: int, n: int, strength: float) -> Problem:
     return Problem(A=A, B=B, f=0.5, q_w=q0 + q, p_w=np.tile(p0, (2 * n, 1)), q_mean=q0, p_mean=p0)
 
 
-def test_above_the_friction_thresholds_nothing_is_proved() -> None:
+def test_above_the_friction_thresholds_and_below_load_factor_zero_nothing_is_proved() -> None:
     problem = replace(shakedown.example("two-node"), f=0.9)
     assert not unique_in_contact(problem)
     assert guarantee_status(GuaranteeEvidence(problem, 0.5)).guarantee == "evidence"
     assert np.isnan(coupling(problem).ratio)
+    status = guarantee_status(GuaranteeEvidence(shakedown.example("two-node"), 0.0))
+    assert (status.guarantee, status.reason) == ("evidence", "there is no load factor below it")
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -114,11 +116,6 @@ def test_a_pressure_that_another_node_hardly_changes_is_no_lift_off(noise) -> No
     lower, expected = shakedown.lower_bound(joint, guarantee=True), shakedown.lower_bound(apart)
     assert lower.load_factor == pytest.approx(expected.load_factor, rel=1e-8)
     assert (lower.guarantee, lower.uncertified) == ("proved", "")
-
-
-def test_below_the_load_factor_zero_there_is_nothing_to_prove() -> None:
-    status = guarantee_status(GuaranteeEvidence(shakedown.example("two-node"), 0.0))
-    assert (status.guarantee, status.reason) == ("evidence", "there is no load factor below it")
 
 
 def test_lift_off_takes_the_proof_away() -> None:

@@ -120,8 +120,7 @@ def test_individual_coefficients_give_a_common_factor():
     )
     assert limits.factor
     assert not alike.factor
-    for cited in (limits, alike):
-        assert cited.single_node == pytest.approx([0.7608, 2.0225], abs=5e-5)
+    assert [*limits.single_node, *alike.single_node] == pytest.approx([0.7608, 2.0225] * 2, abs=5e-5)
     value, side = lost_by(problem, (0,), (1,))
     assert (round(value, 4), side) == (0.6380, (1,))
     assert halved.uniqueness.value == pytest.approx(2 * limits.uniqueness.value)

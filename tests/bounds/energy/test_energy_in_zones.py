@@ -104,10 +104,10 @@ def test_transient_steps_count():
 
 def test_a_gap_that_the_transient_narrows_limits_the_ball_there():
     loads = {"q_w": [[1.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 0.0]], "p_w": [[3.0, -1.0]] * 2}
-    before = {"q_transient": np.zeros((1, 4)), "p_transient": [[3.0, -0.5]]}
+    before = {"q_transient": np.zeros((3, 4)), "p_transient": [[3.0, -0.9], [3.0, -0.5], [3.0, -0.7]]}
     B = 0.5 * np.eye(2, 4, k=-1)
     ball = energy_ball(Problem(A=np.eye(4), B=B, C=np.eye(2), f=5.0, **loads, **before), 0.5, open_nodes=[1])
-    assert (1, -1) in ball.active
+    assert (1, -2) in ball.active
 
 
 def test_with_all_nodes_closed_nothing_changes():

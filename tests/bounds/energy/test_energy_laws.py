@@ -222,12 +222,13 @@ def test_a_mean_that_is_given_of_reactions_alone_is_given():
     assert alone.load_factor == pytest.approx(both.load_factor, rel=1e-9)
 
 
+@pytest.mark.parametrize("n", [1, 3])
 @pytest.mark.parametrize("radius", [0.02, 0.2, 1.0])
-def test_no_other_share_leaves_a_node_more_slack(radius):
-    problem, rng = space_joint(0, 3), np.random.default_rng(0)
+def test_no_other_share_leaves_a_node_more_slack(radius, n):
+    problem, rng = space_joint(0, n), np.random.default_rng(0)
     limits, slip = ball_limits(contact_zone(problem, ())), energy_ball(problem, 0.5).slip
     share, first = best_share(limits, slip, 0.5, radius), np.unique(limits.node, return_index=True)[1]
-    others = (share + off * rng.normal(size=(3, 2)) for off in np.repeat([0.0, 1e-3, 0.03, 0.3, 1.0], 20))
+    others = (share + off * rng.normal(size=(n, 2)) for off in np.repeat([0.0, 1e-3, 0.03, 0.3, 1.0], 20))
     slack = [limits.shared(c).slack(slip, 0.5, radius) for c in others]  # first that of the share itself
     least = np.minimum.reduceat(slack, first, axis=1)
     assert (least <= least[0] + 1e-9).all()
