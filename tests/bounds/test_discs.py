@@ -43,6 +43,8 @@ def test_cited(name):
     assert low <= upper.certified[1]
     assert upper.certified[1] - upper.certified[0] <= 1e-9 * low
     assert upper.exact
+    rough = shakedown.Tolerances(agreement=1e-18)  # as if the floats had to agree to all digits and more
+    assert shakedown.upper_bound(problem, certify=False, tolerances=rough).reduced_accuracy
     assert abs(slack(problem, upper.slip, upper.load_factor)) < 1e-14
     y, rows = upper.multipliers, constraints(problem)
     terms = np.abs(y) @ np.abs(rows.G)

@@ -88,7 +88,7 @@ def test_nodes_without_friction_move_freely_and_shift_the_others():
     assert first_slip(still).load_factor == first_opening(still).load_factor == pytest.approx(3.0)
 
 
-def test_what_slips_or_opens_already_without_the_varying_load_says_so():
+def test_what_slips_or_opens_already_without_the_varying_load_or_never_says_so():
     mean = first_slip(one_node(q_mean=[2.0], p_mean=[3.0]))
     before = first_slip(one_node(q_transient=[[0.0], [2.0]], p_transient=[[3.0], [3.0]]))
     assert (mean.load_factor, mean.status, mean.node) == (0.0, Status.INFEASIBLE, 0)
@@ -99,9 +99,6 @@ def test_what_slips_or_opens_already_without_the_varying_load_says_so():
     assert (opened.load_factor, opened.status) == (0.0, Status.INFEASIBLE)
     found = first_slip(one_node(q_mean=[np.nextafter(0.5 * 3.0, 2.0)], p_mean=[3.0]))
     assert (found.load_factor, found.status) == (0.0, Status.OPTIMAL)  # by round-off: it is on its limit
-
-
-def test_a_load_that_only_presses_never_moves_a_node():
     quiet = Problem(A=[[1.0]], B=[[0.0]], f=0.5, q_w=[[0.0], [0.0]], p_w=[[2.0], [2.0]])
     assert (first_slip(quiet).load_factor, first_slip(quiet).status) == (np.inf, Status.UNBOUNDED)
     assert first_slip(quiet).node == -1

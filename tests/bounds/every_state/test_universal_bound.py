@@ -149,6 +149,10 @@ def test_round_off_takes_nothing_away_from_many_nodes(seed):
     least = least_pressures(scaled_joint(problem))
     assert least.proved.all()
     assert np.all(least.error < 1e-11)
+    V = np.linalg.qr(np.random.default_rng(seed).normal(size=(6, 6)))[0]
+    A = V @ np.diag([1e-7, 1.0, 1.0, 1.0, 1.0, 1.0]) @ V.T  # error in proportion to the softness of one mode
+    soft = joint(A=0.5 * (A + A.T), B=0.1 * V[:3] @ A, stiffness_accuracy=1e-14)
+    assert np.all(least_pressures(scaled_joint(soft)).error < 1e-7)
 
 
 def test_no_admissible_slip_presses_less():
