@@ -184,7 +184,16 @@ def exact_vertex(
 
 
 def proves_at_most(program: ExactProgram, active: list[int], free: list[int], value: tuple[int, int]) -> bool:
-    """Whether the multipliers of the active rows prove cost · x ≤ a fraction (numerator, denominator)."""
+    """Whether the multipliers of the active rows prove cost · x ≤ a fraction (numerator, denominator).
+
+    Examples
+    --------
+    >>> program = ExactProgram([[2, 0], [0, 1], [-1, 0], [0, -1]], [5, 3, 0, 0], [1, 0])
+    >>> [proves_at_most(program, [0, 1], [0, 1], at_most) for at_most in ((2, 1), (5, 2), (3, 1))]
+    [False, True, True]
+    >>> [proves_at_most(program, rows, free, (9, 1)) for rows, free in (([2, 1], [0, 1]), ([1], [1]))]
+    [False, False]
+    """
     square = [[program.matrix[i][j] for i in active] for j in free]
     if len(active) != len(free):
         return False
@@ -222,7 +231,7 @@ def _completion(program: ExactProgram, active: list[int], free: list[int]) -> li
 def _simplex(program: ExactProgram, basis: list[int], budget: PivotBudget) -> ExactVertex | None:
     """Change ``basis`` in place, by dual pivots until every row holds, then by primal ones to the optimum."""
     start, cost = _weights(program, basis, program.cost), program.cost
-    if min(start[0], default=0) < 0:  # to become feasible, any cost for which the basis is optimal will do
+    if any(y < 0 for y in start[0]):  # to become feasible, any cost for which the basis is optimal will do
         cost = [sum(program.matrix[i][j] for i in basis) for j in range(len(cost))]
     for _ in budget.pivots(len(basis)):
         at = solve_integers([program.matrix[i] for i in basis], [program.right[i] for i in basis])
@@ -258,5 +267,11 @@ def _weights(program: ExactProgram, basis: list[int], target: list[int]) -> tupl
 
 
 def _least_ratio(pairs: list[tuple[int, int, int]]) -> int:
-    """The index of the smallest numerator / denominator > 0; the smallest index among equals."""
+    """The index of the smallest numerator / denominator > 0; the smallest index among equals.
+
+    Examples
+    --------
+    >>> _least_ratio([(1, 2, 5), (2, 4, 3), (3, 6, 4), (1, 1, 0)])
+    3
+    """
     return min(pairs, key=lambda pair: (Fraction(pair[0], pair[1]), pair[2]))[2]

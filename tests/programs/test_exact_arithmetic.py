@@ -15,15 +15,11 @@ from shakedown.programs.exact_program import ExactProgram, enclosure, exact_vert
 LAW = settings(derandomize=True, deadline=None, max_examples=20)
 
 
-def random_system(seed: int, n: int) -> tuple[list[list[int]], list[int]]:
-    rng = np.random.default_rng(seed)
-    return rng.integers(-9, 10, (n, n)).tolist(), rng.integers(-9, 10, n).tolist()
-
-
 @LAW
 @given(seed=st.integers(0, 10_000), n=st.integers(1, 7))
 def test_fractions_agree(seed: int, n: int) -> None:
-    matrix, right = random_system(seed, n)
+    rng = np.random.default_rng(seed)
+    matrix, right = rng.integers(-9, 10, (n, n)).tolist(), rng.integers(-9, 10, n).tolist()
     plain = solve_fractions([[Fraction(a) for a in row] for row in matrix], [Fraction(b) for b in right])
     with pytest.raises(ZeroDivisionError) if plain is None else nullcontext():
         numerators, denominator = solve_integers(matrix, right)
@@ -40,6 +36,7 @@ def test_enclosure_is_tight(numerator: int, denominator: int) -> None:
 
 def test_enclosure_beyond_the_floats() -> None:
     assert enclosure(10**400, 1) == (np.finfo(float).max, np.inf)
+    assert enclosure(-(10**400), 1) == (-np.inf, np.finfo(float).min)
 
 
 @LAW

@@ -11,7 +11,7 @@ from benchmarks.problems import chain, joint
 from shakedown.bounds.certificate import load_factor_program
 from shakedown.ground.errors import Missing, SolverError, attempt
 from shakedown.joint.constraints import constraints
-from shakedown.programs.program import INF, Program, equilibration
+from shakedown.programs.program import INF, Program, equilibration, polished
 from shakedown.programs.simplex import Simplex, chebyshev_centre, solve
 
 
@@ -22,11 +22,8 @@ def square(cost, upper=(1.0, 1.0)):
 
 def residuals(found):
     """Violation of rows and bounds, of the balance and signs of multipliers, and the gap, in numbers near 1."""
-    program, x, y = (
-        found.solved,
-        found.x / found.scales.x,
-        found.multipliers * found.scales.cost / found.scales.row,
-    )
+    program, x, scales = found.solved, found.x / found.scales.x, found.scales
+    y = found.multipliers * scales.cost / scales.row
     rest = program.cost + y @ program.matrix
     side = np.where(y > 0, program.right, program.left)
     bound = np.where(rest > 0, program.lower, program.upper)
@@ -49,12 +46,20 @@ def test_a_row_is_met_at_either_side():
     assert solve(program).x == pytest.approx([-2.0, 1.0])
 
 
+def test_a_vertex_is_solved_for_with_other_columns_at_their_bounds():
+    program = Program(np.array([[2.0, 0.5], [1.0, 0.0]]), np.array([3.0, 9.0]), np.array([-4.0, -2.0]),
+                      np.full(2, -INF), np.array([-INF, -1.0]), np.array([INF, 2.0]))  # fmt: skip
+    for y, x in ((2.0, 1.0), (-1.0, 1.75)):
+        found = polished(program, np.array([x + 1e-7, y]), np.array([1.9, 0.0]), (np.arange(1), np.arange(1)))
+        np.testing.assert_allclose(found[0], [x, y], rtol=1e-15)
+        np.testing.assert_allclose(found[1], [2.0, 0.0], rtol=1e-15)
+
+
 def test_bounds_changed_before_the_solver_is_made_count():
     program = square((-1.0, -2.0))
-    program.set_rows(np.array([1]), np.array([-INF]), np.array([0.25]))
-    assert program.solve().x == pytest.approx([1.0, 0.25])
-    program.set_rows(np.array([1]), np.array([-INF]), np.array([0.75]))
-    assert program.solve().x == pytest.approx([1.0, 0.75])
+    for right in (0.25, 0.75):
+        program.set_rows(np.array([1]), np.array([-INF]), np.array([right]))
+        assert program.solve().x == pytest.approx([1.0, right])
 
 
 @pytest.mark.parametrize("problem", [joint(n=30, seed=1), joint(n=90), chain(90)], ids=["30", "90", "chain"])
@@ -154,15 +159,12 @@ def test_where_a_start_fails_loosened_tolerances_lead_to_the_same_vertex(monkeyp
 
 
 def test_only_the_failure_of_a_solver_is_missing_evidence():
-    def broken():
-        raise TypeError("an error in the program")
+    def fails(error):
+        raise error
 
-    def fails():
-        raise SolverError("ended as 'Unknown'")
-
-    assert attempt(fails) == Missing("ended as 'Unknown'")
+    assert attempt(fails, SolverError("ended as 'Unknown'")) == Missing("ended as 'Unknown'")
     with pytest.raises(TypeError):
-        attempt(broken)
+        attempt(fails, TypeError("an error in the program"))
 
 
 @pytest.mark.parametrize("seed", [1420, 2249, 2557, 2607])
