@@ -99,15 +99,27 @@ def load_range(problem: Problem, load: FloatArray) -> float:
     ----------
     problem, load : (m, (d + 1) n)
         The joint; welded reactions of one period [force].
+
+    Examples
+    --------
+    >>> joint = Problem(A=[[2.0]], B=[[0.0]], f=0.5, q_w=[[0.0]], p_w=[[1.0]])
+    >>> [load_range(joint, np.array([[0.0, 4.0], [0.25, p]])) for p in (1.0, 4.0)]
+    [1.5, 0.25]
     """
     of_q, of_p = problem.layout.split(np.ptp(load, axis=0))
-    return max(float(of_q.max(initial=0.0)), float((problem.f * of_p).max(initial=0.0)))
+    return max(float(of_q.max()), float((problem.f * of_p).max()))
 
 
 def alone(problem: Problem, force: float) -> FloatArray:
     """The displacement of each node alone under a force, slip (stiffest direction) and gap, (2n,) [length].
 
     Zero stiffnesses are replaced by the smallest positive one of their kind.
+
+    Examples
+    --------
+    >>> A, C, load = np.diag([2.0, 0.0, 4.0]), np.diag([0.0, 5.0, 10.0]), np.ones((1, 3))
+    >>> alone(Problem(A=A, B=np.zeros((3, 3)), C=C, f=0.5, q_w=load, p_w=load), 10.0)
+    array([5. , 5. , 2.5, 2. , 2. , 1. ])
     """
     of_slips = problem.layout.by_node(np.diag(problem.A)).max(axis=1)
     of_gaps = of_slips if problem.C is None else np.diag(problem.C)

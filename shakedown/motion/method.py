@@ -157,12 +157,13 @@ def beginning(
 
     Examples
     --------
-    >>> import shakedown
-    >>> block = shakedown.example("receding-block")
-    >>> upper = shakedown.upper_bound(block, open_nodes="auto")
-    >>> state, _ = beginning(block, 0.5 * upper.load_factor, upper.slip, upper.open_nodes)
-    >>> bool((state.u[33:] >= 0).all()), bool(state.u[33] > 0)
-    (True, True)
+    A node that keeps its slip, and one that the load pulls away:
+
+    >>> q_w, p_w = [[0.25, 0.5]], [[1.0, -3.0]]
+    >>> joint = Problem(A=np.eye(2), B=np.zeros((2, 2)), C=np.diag([1.0, 2.0]), f=0.5, q_w=q_w, p_w=p_w)
+    >>> state, load = beginning(joint, 1.0, [7.0, 8.0], open_nodes=[1])
+    >>> state.u, state.contact, load
+    (array([ 7. , -0.5,  0. ,  1.5]), array([0, 2]), array([-7. ,  0.5,  1. , -3. ]))
     """
     slip, layout = checked_initial_slip(problem, initial_slip), problem.layout
     zone = contact_zone(problem, open_nodes, tolerances=tolerances)

@@ -253,8 +253,8 @@ class StepLengths:
     idle: int = 0
     passed: list[tuple[float, float]] = field(default_factory=list)
 
-    def shorten(self, factor: float = 0.5) -> None:
-        """Try the step again, shorter."""
+    def shorten(self, factor: float = inf) -> None:
+        """Try the step again, shorter: at most half as long."""
         self.duration *= min(max(0.1, factor), 0.5)
 
     def accepts(self, way: float, speed: float, motion: float, turn: float, changes: bool) -> bool:
