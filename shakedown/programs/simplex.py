@@ -281,7 +281,7 @@ def corners(matrix: FloatArray, right: FloatArray) -> FloatArray:
     Examples
     --------
     >>> sides = np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 1.0], [0.0, 0.0]])
-    >>> (corners(sides, np.array([0.0, 0.0, 2.0, 0.5])).round(9) + 0.0).tolist()
+    >>> (corners(sides, np.array([0.0, 0.0, 2.0, 0.0])).round(9) + 0.0).tolist()
     [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]]
     """
     from scipy.spatial import HalfspaceIntersection, QhullError

@@ -175,6 +175,7 @@ def test_neither_a_record_nor_many_cycles_in_one_call_change_the_path(name, load
     assert np.array_equal(one.state.u, many.state.u)
     assert np.array_equal(one.state.contact, many.state.contact)
     assert (recorded.history.kind == EventKind.LOAD_STEP).sum() >= 12 * problem.m
+    assert len(one.history) == 1
 
 
 def joint(pressure=3.0) -> Problem:
@@ -261,6 +262,7 @@ def test_what_cannot_be_followed_stops_with_a_reason():
     free = FixedSteps(Problem(A=A, B=np.zeros((2, 4)), f=0.5, **loop), 1.0)
     assert free.cycle() is None
     assert free.stop.slides_away
+    assert walk(free, 1).slip.shape == walk(free, 1).open_nodes.shape == (0, 0)
     assert not any(len(getattr(free.history, key)) for key in free.history.__dataclass_fields__)
     assert free.stop.reason == "the body slides away at load step 1"
     pulled = {"q_w": np.zeros((2, 4)), "p_w": [[1.0, 1.0], [1.0, -1.0]]}

@@ -56,10 +56,16 @@ def test_a_vertex_is_solved_for_with_other_columns_at_their_bounds():
 
 
 def test_bounds_changed_before_the_solver_is_made_count():
-    program = square((-1.0, -2.0))
-    for right in (0.25, 0.75):
-        program.set_rows(np.array([1]), np.array([-INF]), np.array([right]))
-        assert program.solve().x == pytest.approx([1.0, right])
+    """x ≤ 1, y ≤ a and 1024 (x + y) ≤ 1024 b, and the mirror image of that."""
+    right, free, rows = np.array([1.0, 1.0, 2048.0]), np.full(3, -INF), np.arange(1, 3)
+    program = Program(np.vstack([np.eye(2), np.full(2, 1024.0)]), right, np.array([-1.0, -2.0]), free)
+    above, below = Simplex(program), Simplex(replace(program, cost=-program.cost, left=-right, right=-free))
+    for sides in ([0.5, 1.25], [0.75, 1.0]):
+        new = np.array(sides) * [1.0, 1024.0]
+        above.set_rows(rows, free[rows], new)
+        below.set_rows(rows, -new, -free[rows])
+        for end, sign in ((above.solve(), 1.0), (below.solve(), -1.0)):
+            assert sign * end.x == pytest.approx([sides[1] - sides[0], sides[0]])
 
 
 @pytest.mark.parametrize("problem", [joint(n=30, seed=1), joint(n=90), chain(90)], ids=["30", "90", "chain"])
@@ -128,13 +134,18 @@ def test_units_of_columns_that_are_powers_of_two_change_no_bit():
     (rows, columns), (others, scaled) = equilibration(matrix), equilibration(matrix * units)
     np.testing.assert_array_equal(others, rows)
     np.testing.assert_array_equal(scaled * units, columns)
+    more = equilibration(np.vstack([matrix, [0.0, 1e6, 0.0]]))  # one entry says nothing of its column's unit
+    np.testing.assert_array_equal(more[0][:-1], rows)
+    np.testing.assert_array_equal(more[1], columns)
 
 
 def test_the_unit_of_the_cost_changes_no_bit_of_what_is_solved():
     program = linear().program
     for unit in (2.0**-40, 2.0**40):
-        other = replace(program, cost=unit * program.cost).scaled()[0]
-        np.testing.assert_array_equal(other.cost, program.scaled()[0].cost)
+        other = replace(program, cost=unit * program.cost)
+        np.testing.assert_array_equal(other.scaled()[0].cost, program.scaled()[0].cost)
+        larger = solve(replace(other, right=unit * program.right))
+        assert larger.value == unit**2 * solve(program).value == pytest.approx(larger.x @ other.cost)
 
 
 def test_the_centre_of_a_polyhedron_stays_where_one_column_is_not_negative():
