@@ -283,6 +283,13 @@ def corners(matrix: FloatArray, right: FloatArray) -> FloatArray:
     >>> sides = np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 1.0], [0.0, 0.0]])
     >>> (corners(sides, np.array([0.0, 0.0, 2.0, 0.0])).round(9) + 0.0).tolist()
     [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]]
+
+    None where sides contradict each other, or leave one point, or where the polygon is unbounded:
+
+    >>> [corners(sides, np.array([0.0, 0.0, *more])).shape for more in ((2.0, -1.0), (-1.0, 0.0), (0.0, 0.0))]
+    [(0, 2), (0, 2), (0, 2)]
+    >>> corners(sides[:2], np.zeros(2)).shape, corners(sides[[0, 1, 1]], np.zeros(3)).shape
+    ((0, 2), (0, 2))
     """
     from scipy.spatial import HalfspaceIntersection, QhullError
 

@@ -55,6 +55,12 @@ def test_a_vertex_is_solved_for_with_other_columns_at_their_bounds():
         np.testing.assert_allclose(found[1], [2.0, 0.0], rtol=1e-15)
 
 
+def test_a_row_without_entries_holds_or_does_not_whatever_its_unit():
+    for right, status in ((-1e-15, "infeasible"), (0.0, "optimal"), (1e-15, "optimal")):
+        program = Program(np.array([[1.0], [0.0]]), np.array([1.0, right]), cost=np.array([-1.0]))
+        assert solve(program).status == status
+
+
 def test_bounds_changed_before_the_solver_is_made_count():
     """x ≤ 1, y ≤ a and 1024 (x + y) ≤ 1024 b, and the mirror image of that."""
     right, free, rows = np.array([1.0, 1.0, 2048.0]), np.full(3, -INF), np.arange(1, 3)
@@ -116,9 +122,12 @@ def test_a_column_in_no_row_is_at_the_bound_where_its_cost_wants_it():
     assert found.x == pytest.approx([2.0, 1.0, 0.0, -4.0])
     assert found.value == pytest.approx(-7.0)
     idle = Program(
-        np.array([[1.0, 0.0]]), np.ones(1), cost=np.array([-1.0, 1.0]), lower=np.array([-1.0, -4.0])
-    )
-    assert Simplex(idle).at(np.arange(1)).x == pytest.approx([1.0, -4.0])
+        np.eye(1, 4), np.ones(1), cost=np.array([-1.0, 1.0, 0.0, -1.0]),
+        lower=np.array([-1.0, -4.0, -INF, -INF]), upper=np.array([INF, INF, INF, 3.0]),
+    )  # fmt: skip
+    assert Simplex(idle).at(np.arange(1)).x == pytest.approx([1.0, -4.0, 0.0, 3.0])
+    for wrong in ([-1.0, -1.0, 0.0, -1.0], [-1.0, 1.0, 0.1, -1.0], [-1.0, 1.0, 0.0, 1.0]):
+        assert Simplex(replace(idle, cost=np.array(wrong))).at(np.arange(1)) is None
     assert max(residuals(found)) <= 1e-15
 
 
