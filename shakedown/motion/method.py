@@ -438,7 +438,15 @@ class EventMethod(ABC):
 
 
 def loads_at(course: Course, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Welded reactions at times (s,) [load steps], and their change in the load step, (s, (d + 1) n)."""
+    """Welded reactions at times (s,) [load steps], and their change in the load step, (s, (d + 1) n).
+
+    Examples
+    --------
+    >>> along = course(np.array([[0.0], [2.0], [3.0]]), 1, True, Course({}))
+    >>> loads, changes = loads_at(along, np.array([1.5, 2.0, 3.0]))
+    >>> loads.ravel(), changes.ravel()
+    (array([1., 2., 3.]), array([2., 1., 1.]))
+    """
     index = np.minimum((time - course.first).astype(int), course.steps - 1)
     before = course.path[index]
     change = course.path[index + 1] - before

@@ -55,8 +55,7 @@ def test_cycles_with_jumps_are_periodic():
     state = shakedown.long_term_state(problem, 1.0, jump.initial_slip[0])
     assert state.outcome != "undecided"
     again = Evolution(problem, 1.0, jump.initial_slip[0])
-    for _ in range(40):
-        assert again.cycle() is not None
+    assert again.advance(40) == 40
     assert again.method.u[:2] == pytest.approx(state.final_slip, abs=1e-8)
 
 
@@ -121,21 +120,20 @@ def test_random_joints_far_above_their_thresholds():
         assert run.stop is None
         h, scale = run.history, scales(problem, 1.0)
         assert law_violation(problem.f, h.q, h.p, h.w, np.zeros_like(h.v), scale).max() <= 1e-12
-        times = [jump.cycle for cycle in run.cycles for jump in cycle.jumps]
-        assert times == pytest.approx(h.cycle[h.kind == EventKind.JUMPS], rel=1e-12)
+        found = [jump for cycle in run.cycles for jump in cycle.jumps]
+        assert [jump.cycle for jump in found] == pytest.approx(h.cycle[h.kind == EventKind.JUMPS], rel=1e-12)
         jump = (h.kind[1:] == EventKind.JUMPS)[:, None]
         closed = (h.state[:-1] != OPEN) & (~jump | (h.state[1:] != OPEN))
         way = np.where(closed, np.diff(h.v, axis=0), 0.0)
         slip, exact = sum(cycle.slip for cycle in run.cycles), 1e-12 * scale.length
         np.testing.assert_allclose(slip, np.abs(way).sum(axis=0), rtol=0.0, atol=exact)
-        work = sum(cycle.work - sum(jump.work for jump in cycle.jumps) for cycle in run.cycles)
+        work = sum(cycle.work for cycle in run.cycles) - sum(jump.work for jump in found)
         rubbed = -(way * (h.q[1:] + h.q[:-1]) / 2).sum(axis=0, where=~jump)
         np.testing.assert_allclose(work, rubbed, rtol=0.0, atol=exact * scale.force)
         lost, near = sum(cycle.dissipation for cycle in run.cycles), 1e-7 * scale.force * scale.length
         assert lost == pytest.approx(work_not_stored(problem.kappa, h), abs=near)
-        for cycle in run.cycles:
-            assert all(jump.energy_released > 0 for jump in cycle.jumps)
-            jumps += len(cycle.jumps)
+        assert all(jump.energy_released > 0 for jump in found)
+        jumps += len(found)
     assert jumps > 3
 
 
@@ -143,8 +141,7 @@ def test_a_body_that_is_not_held_leaves():
     """Two floating nodes lifted by the load: no equilibrium, the evolution says so."""
     problem = free_pair([0.0, 0.0], np.array([[1.0], [-1.0]]), C=np.array([[1.0, -1.0], [-1.0, 1.0]]))
     state = shakedown.long_term_state(problem, 1.0)
-    assert state.outcome == "separation"
-    assert state.period == 0
+    assert (state.outcome, state.period) == ("separation", 0)
     assert "leaves" in state.reason
 
 

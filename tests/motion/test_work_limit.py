@@ -12,12 +12,8 @@ from shakedown.ground.work_limit import limited_work, work_is_left
 from shakedown.motion.evolution import Evolution
 from shakedown.motion.space import space_events
 
+JUMPING = of_verdicts("floating", 35, 3)
 LOAD_FACTOR = 0.93  # at which the joint jumps
-
-
-@pytest.fixture(scope="module")
-def jumping():
-    return of_verdicts("floating", 35, 3)
 
 
 def taken(problem, load_factor):
@@ -39,20 +35,20 @@ def test_no_pause_changes_a_path(monkeypatch, record):
     assert (at_once.events, at_once.signature) == (bit_by_bit.events, bit_by_bit.signature)
 
 
-def test_a_motion_stops_within_its_cycle_and_its_jump(monkeypatch, jumping):
-    most = 0.3 * taken(jumping, LOAD_FACTOR)
+def test_a_motion_stops_within_its_cycle_and_its_jump(monkeypatch):
+    most = 0.3 * taken(JUMPING, LOAD_FACTOR)
     monkeypatch.setattr(space_events, "CALL_OPERATIONS", 1)
     with limited_work(most) as limit:
-        motion = Evolution(jumping, LOAD_FACTOR)
+        motion = Evolution(JUMPING, LOAD_FACTOR)
         assert motion.cycle() is None
         assert not work_is_left()
         before = limit.taken
-        assert Evolution(jumping, LOAD_FACTOR).cycle() is None  # what is spent is spent
+        assert Evolution(JUMPING, LOAD_FACTOR).cycle() is None  # what is spent is spent
         assert limit.taken == before
     assert before <= most + 1e4
     assert motion.stop.spent
     assert motion.stop.reason.startswith("the computation allowed for a run is spent")
-    assert Evolution(jumping, LOAD_FACTOR).cycle() is not None  # outside nothing is limited
+    assert Evolution(JUMPING, LOAD_FACTOR).cycle() is not None  # outside nothing is limited
 
 
 def test_limits_do_not_add_up():
@@ -62,9 +58,9 @@ def test_limits_do_not_add_up():
         assert (outer.taken, work_is_left()) == (0.0, True)
 
 
-def test_a_state_is_undecided_where_its_work_is_spent(jumping):
-    with limited_work(3.5 * taken(jumping, LOAD_FACTOR)):
-        found = shakedown.long_term_state(jumping, LOAD_FACTOR)
+def test_a_state_is_undecided_where_its_work_is_spent():
+    with limited_work(3.5 * taken(JUMPING, LOAD_FACTOR)):
+        found = shakedown.long_term_state(JUMPING, LOAD_FACTOR)
     assert (found.outcome, found.stop.spent) == (Outcome.UNDECIDED, True)
     assert 1 <= found.cycles_simulated <= 20
 

@@ -12,23 +12,21 @@ from shakedown.motion import viscous_jump
 from shakedown.motion.checked_law import law_resolution, law_violation, scales
 from shakedown.motion.course import EventKind
 from shakedown.motion.evolution import Evolution, evolve
+from shakedown.motion.method import walk
 from tests.joints_in_space import of_verdicts, random_joint
 
 FLOATING, STIFF, BOTH = "floating", "stiff and soft", "floating, stiff and soft"
-LOAD_FACTOR = 0.93  # at which a joint jumps, above its λ_max
-
-
-def rising(rng, n):
-    """A joint whose load rises from nothing; pressure pulls some of its nodes apart."""
-    problem = random_joint(rng, n)
-    transient = np.stack([np.zeros(n), problem.p_w[0] - 3.6 * problem.p_w.min() * rng.integers(0, 2, n)])
-    return replace(problem, q_transient=np.stack([np.zeros(2 * n), problem.q_w[0]]), p_transient=transient)
+DRIFTING = of_verdicts(FLOATING, 35, 3)  # a joint of three nodes that jumps once a cycle and drifts
+LOAD_FACTOR = 0.93  # at which it does so, above its λ_max
 
 
 @pytest.mark.parametrize("n", [3, 6, 12])
 def test_loads_in_proportion_are_one_implicit_step(n):
-    """No reaction turns on the way, of few nodes or of many."""
-    joint = rising(np.random.default_rng(0), n)
+    """The load rises from nothing and pulls some nodes apart; no reaction turns on the way."""
+    rng = np.random.default_rng(0)
+    held = random_joint(rng, n)
+    pressure = np.stack([np.zeros(n), held.p_w[0] - 3.6 * held.p_w.min() * rng.integers(0, 2, n)])
+    joint = replace(held, q_transient=np.stack([np.zeros(2 * n), held.q_w[0]]), p_transient=pressure)
     path = evolve(joint, 1.0, cycles=1).history
     risen = path.rows(path.kind == EventKind.LOAD_STEP).rows([2])  # after the start and the first of two rows
     step = ImplicitSteps(joint.kappa, joint.f, 2, np.abs(joint.q_transient).max())
@@ -84,19 +82,12 @@ def test_a_node_that_sticks_does_not_leave_its_cone():
     """Step by step it was allowed to be a little further outside: 9e-6 in the end, of a pressure of 2e-6."""
     motion = Evolution(of_verdicts(STIFF, 22, 2), 1.8901743697598445)
     assert motion.advance(544) == 544
-    for _ in range(4):
-        assert motion.cycle(record=True) is not None
+    assert len(walk(motion, 4, record=True).records) == 4
     assert violation_on_the_way(motion) <= 1e-8
 
 
-@pytest.fixture(scope="module")
-def drifting():
-    """A floating joint of three nodes that jumps once a cycle and drifts."""
-    return of_verdicts(FLOATING, 35, 3)
-
-
-def test_cycles_with_a_jump_repeat_and_their_drift_is_ratchetting(drifting):
-    motion = Evolution(drifting, LOAD_FACTOR)
+def test_cycles_with_a_jump_repeat_and_their_drift_is_ratchetting():
+    motion = Evolution(DRIFTING, LOAD_FACTOR)
     motion.advance(30)
     states = [motion.state.u]
     for _ in range(3):
@@ -104,17 +95,17 @@ def test_cycles_with_a_jump_repeat_and_their_drift_is_ratchetting(drifting):
         states.append(motion.state.u)
     drifts = np.diff(states, axis=0)
     assert np.ptp(drifts, axis=0).max() <= 1e-7 * np.abs(drifts).max()
-    found = shakedown.long_term_state(drifting, LOAD_FACTOR)
+    found = shakedown.long_term_state(DRIFTING, LOAD_FACTOR)
     assert found.outcome == Outcome.RATCHETTING
-    drift = drifts[0, drifting.layout.slips]
+    drift = drifts[0, DRIFTING.layout.slips]
     np.testing.assert_allclose(found.drift / found.period, drift, rtol=0.0, atol=1e-5 * np.abs(drift).max())
 
 
-def test_shorter_steps_lead_to_the_same_end(monkeypatch, drifting):
-    (jump,) = Evolution(drifting, LOAD_FACTOR).cycle().jumps
+def test_shorter_steps_lead_to_the_same_end(monkeypatch):
+    (jump,) = Evolution(DRIFTING, LOAD_FACTOR).cycle().jumps
     monkeypatch.setattr(viscous_jump, "ACCURACY", 0.03 * viscous_jump.ACCURACY)
     monkeypatch.setattr(viscous_jump, "DISTANCE_RATIO", 1.1)
-    (finer,) = Evolution(drifting, LOAD_FACTOR).cycle().jumps
+    (finer,) = Evolution(DRIFTING, LOAD_FACTOR).cycle().jumps
     way = np.abs(jump.v_after - jump.v_before).max()
     assert finer.steps > 2 * jump.steps
     np.testing.assert_allclose(finer.v_after, jump.v_after, rtol=0.0, atol=1e-2 * way)
@@ -136,6 +127,5 @@ def test_a_body_that_nothing_holds_slides_away(kind, seed, number, load_factor):
     """At first round-off of the stiffness held the only closed node; later a slide was sought too far away."""
     motion = Evolution(of_verdicts(kind, seed, number), load_factor)
     motion.advance(2)
-    assert motion.stop is not None
     assert motion.stop.slides_away
     assert np.abs(motion.state.u).max() <= 1e6 * motion.scale.length

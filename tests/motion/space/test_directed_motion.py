@@ -143,8 +143,12 @@ def test_between_rows_the_path_is_curved():
     history = evolve(problem, 3.2, cycles=2).history
     fine = evolve(problem, 3.2, cycles=2, tolerances=Tolerances(path=1e-11)).history
     times = np.linspace(0.2, 1.7, 60)
-    np.testing.assert_allclose(history.at(times).v, fine.at(times).v, atol=1e-7)
-    np.testing.assert_allclose(history.at(times).q, fine.at(times).q, atol=1e-7)
+    one, other, rows = history.at(times), fine.at(times), history.refined()
+    for key in ("v", "w", "q", "p", "q_w", "p_w", "cycle"):
+        np.testing.assert_allclose(getattr(one, key), getattr(other, key), atol=1e-7)
+    assert set(zip([*one.kind, *rows.kind], [*one.node, *rows.node], strict=True)) == {(EventKind.CURVES, -1)}
+    np.testing.assert_allclose(rows.v, history.at(rows.cycle).v, atol=1e-12)
+    assert len(rows) == np.where(history.duration > 0, 4, 1).sum()
     assert EventKind.REACHES_LIMIT in history.kind
 
 
