@@ -143,10 +143,11 @@ def admissible(
     >>> admissible(shakedown.example("two-node"), 0.7, np.array([[0.0, 1.0], [9.0, 9.0]]))
     array([ True, False])
 
-    Nothing carries nothing:
+    Nothing carries nothing, and no tension, however small:
 
-    >>> admissible(Problem(A=[[1.0]], B=[[0.0]], f=0.5, q_w=[[0.0]], p_w=[[0.0]]), 1.0, np.zeros((1, 1)))
-    array([ True])
+    >>> joints = [Problem(A=[[1.0]], B=[[0.0]], f=0.0, q_w=[[0.0]], p_w=[[p]]) for p in (0.0, -1e-9)]
+    >>> [bool(admissible(joint, 1.0, np.zeros((1, 1)))[0]) for joint in joints]
+    [True, False]
     """
     law, (q_w, p_w) = problem.law, problem.layout.split(first_load(problem, load_factor))
     A, B, _ = problem.layout.blocks(free_stiffness(problem))

@@ -189,8 +189,8 @@ def proves_at_most(program: ExactProgram, active: list[int], free: list[int], va
     Examples
     --------
     >>> program = ExactProgram([[2, 0], [0, 1], [-1, 0], [0, -1]], [5, 3, 0, 0], [1, 0])
-    >>> [proves_at_most(program, [0, 1], [0, 1], at_most) for at_most in ((2, 1), (5, 2), (3, 1))]
-    [False, True, True]
+    >>> [proves_at_most(program, [0, 1], [0, 1], at_most) for at_most in ((2, 1), (9, 4), (5, 2), (3, 1))]
+    [False, False, True, True]
     >>> [proves_at_most(program, rows, free, (9, 1)) for rows, free in (([2, 1], [0, 1]), ([1], [1]))]
     [False, False]
     """

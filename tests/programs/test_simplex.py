@@ -99,9 +99,11 @@ def test_changed_rows_lead_where_a_new_program_ends(seed):
 def test_a_slip_that_meets_little_resistance_is_followed_as_far_as_it_gains():
     """A reduced cost of 3e-11 is none for HiGHS; where slips of 2e7 are possible it is 6e-4 of the optimum."""
     matrix = np.array([[1.0, -1.0, 0.0], [1e-7 - 1.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-    program = Simplex(Program(matrix, np.ones(3), cost=np.array([-3e-11, 0.0, -1.0])))
-    assert program.solve().x[0] == pytest.approx(2e7, rel=1e-8)
-    assert program.solve().value == pytest.approx(-1.0006, rel=1e-12)
+    program = Program(matrix, np.ones(3), np.array([-3e-11, 0.0, -1.0]), np.full(3, -INF))
+    for given in (program, replace(program, matrix=-matrix, left=-program.right, right=-program.left)):
+        found = solve(given)
+        assert found.x[0] == pytest.approx(2e7, rel=1e-8)
+        assert found.value == pytest.approx(-1.0006, rel=1e-12)
 
 
 def test_a_load_factor_from_zero_on_is_not_unbounded_below():
@@ -163,6 +165,7 @@ def test_the_centre_of_a_polyhedron_stays_where_one_column_is_not_negative():
     for signed, x, margin in ((None, -1.25, 1.75), (0, 0.0, 0.5)):
         found = chebyshev_centre(*between, cap=INF, signed=signed)
         assert (found.x, found.margin) == (pytest.approx([x]), pytest.approx(margin))
+    assert chebyshev_centre(np.zeros((1, 1)), np.zeros(1), -np.ones(1), cap=INF).margin == -INF
 
 
 def test_where_a_start_fails_loosened_tolerances_lead_to_the_same_vertex(monkeypatch):
@@ -176,6 +179,14 @@ def test_where_a_start_fails_loosened_tolerances_lead_to_the_same_vertex(monkeyp
         assert found.reduced_accuracy == reduced
         assert found.x == pytest.approx(expected.x, rel=1e-12)
         assert found.multipliers == pytest.approx(expected.multipliers, abs=1e-12)
+
+
+def test_where_rows_meet_in_no_point_the_values_of_the_solver_stand(monkeypatch):
+    def singular(_):
+        raise np.linalg.LinAlgError
+
+    monkeypatch.setattr(np.linalg, "inv", singular)
+    assert max(residuals(linear().solve())) <= 1e-9
 
 
 def test_only_the_failure_of_a_solver_is_missing_evidence():
