@@ -66,6 +66,8 @@ def enclosure(numerator: int, denominator: int) -> tuple[float, float]:
     >>> low, high = enclosure(1, 10)
     >>> low < 0.1 <= high, enclosure(3, 4)
     (True, (0.75, 0.75))
+    >>> enclosure(10**400, 1), enclosure(-(10**400), 1)
+    ((1.7976931348623157e+308, inf), (-inf, -1.7976931348623157e+308))
     """
     try:
         near = numerator / denominator  # correctly rounded

@@ -36,14 +36,10 @@ def residuals(found):
 def test_a_vertex_is_taken_only_where_it_is_optimal():
     both = np.arange(2)
     assert square((-1.0, -2.0)).at(both).x == pytest.approx([1.0, 1.0])
+    assert square((-1.0, -2.0), upper=(1.0, 1e-17)).at(both).x == pytest.approx([1.0, 1e-17], abs=0.0)
     assert square((-1.0, 2.0)).at(both) is None  # a multiplier of the wrong sign
     assert square((-1.0, -2.0), upper=(1.0, -3.0)).at(both) is None  # below its bound
     assert square((-1.0, -2.0)).at(np.array([0, 0])) is None  # meets nowhere
-
-
-def test_a_row_is_met_at_either_side():
-    program = Program(np.eye(2), np.ones(2), cost=np.array([1.0, -1.0]), left=-2.0 * np.ones(2))
-    assert solve(program).x == pytest.approx([-2.0, 1.0])
 
 
 def test_a_vertex_is_solved_for_with_other_columns_at_their_bounds():
@@ -148,6 +144,7 @@ def test_units_of_columns_that_are_powers_of_two_change_no_bit():
     more = equilibration(np.vstack([matrix, [0.0, 1e6, 0.0]]))  # one entry says nothing of its column's unit
     np.testing.assert_array_equal(more[0][:-1], rows)
     np.testing.assert_array_equal(more[1], columns)
+    assert [scale[-1] for scale in equilibration(np.pad(matrix, (0, 1)))] == [1.0, 1.0]
 
 
 def test_the_unit_of_the_cost_changes_no_bit_of_what_is_solved():
@@ -165,6 +162,7 @@ def test_the_centre_of_a_polyhedron_stays_where_one_column_is_not_negative():
     for signed, x, margin in ((None, -1.25, 1.75), (0, 0.0, 0.5)):
         found = chebyshev_centre(*between, cap=INF, signed=signed)
         assert (found.x, found.margin) == (pytest.approx([x]), pytest.approx(margin))
+        assert found.multipliers @ np.transpose(between[1:]) == pytest.approx([1.0, margin])
     assert chebyshev_centre(np.zeros((1, 1)), np.zeros(1), -np.ones(1), cap=INF).margin == -INF
 
 
