@@ -183,7 +183,14 @@ def reactions(
 
 
 def reaction_round_off(kappa: FloatArray, u: FloatArray, scale: Scales) -> float:
-    """Round-off of the reactions to displacements, relative: far away it exceeds that of the loads."""
+    """Round-off of the reactions to displacements, relative: far away it exceeds that of the loads.
+
+    Examples
+    --------
+    >>> far = np.array([1e9, 1e9])
+    >>> reaction_round_off(np.array([[2.0, -1.0], [-1.0, 3.0]]), far, Scales(4.0, 1.0)) / EPS
+    1000000000.0
+    """
     return EPS * float((np.abs(kappa) @ np.abs(u)).max()) / scale.force
 
 

@@ -164,6 +164,9 @@ def beginning(
     >>> state, load = beginning(joint, 1.0, [7.0, 8.0], open_nodes=[1])
     >>> state.u, state.contact, load
     (array([ 7. , -0.5,  0. ,  1.5]), array([0, 2]), array([-7. ,  0.5,  1. , -3. ]))
+    >>> beginning(joint, 1.0, open_nodes=[0])
+    Traceback (most recent call last):
+    shakedown...UsageError: open nodes: expected gaps >= 0 under the first load, ... node 0 would overlap by 1
     """
     slip, layout = checked_initial_slip(problem, initial_slip), problem.layout
     zone = contact_zone(problem, open_nodes, tolerances=tolerances)

@@ -20,9 +20,7 @@ from shakedown.motion.course import EventKind
 from shakedown.motion.event_history import path_violation
 from shakedown.motion.evolution import Evolution, evolve
 from shakedown.motion.fixed_steps import FixedSteps
-from shakedown.motion.method import Motion, beginning, walk
-
-SEEDS = range(4)
+from shakedown.motion.method import Motion, walk
 
 
 def worst_violation(problem, load_factor, history, points=20):
@@ -39,7 +37,7 @@ def worst_violation(problem, load_factor, history, points=20):
     return law_violation(problem.f, q, p, w, slip, scale).max(initial=0.0)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", range(4))
 def test_law_holds_at_and_between_events_of_random_problems(seed):
     rng, separated = np.random.default_rng(seed), 0
     for _ in range(50):
@@ -66,7 +64,7 @@ def split(problem, parts):
     return replace(without_loads(problem), q_w=cut(problem.q_w), p_w=cut(problem.p_w), **means)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", range(4))
 def test_path_does_not_depend_on_the_load_steps(seed):
     rng = np.random.default_rng(100 + seed)
     for _ in range(15):
@@ -76,6 +74,7 @@ def test_path_does_not_depend_on_the_load_steps(seed):
         span = f"{history.cycle[0]:g} to {last:g}"
         with pytest.raises(UsageError, match=f"^cycle: expected times from {span}, found 5$"):
             history.at([3.0, 5.0])
+        np.testing.assert_array_equal(history.at(history.cycle[:1]).v, history.v[:1])
         path = history.at(times)
         finer = evolve(split(problem, 7), load_factor, cycles=4).history.at(times)
         scale = scales(problem, load_factor)
@@ -220,14 +219,6 @@ def test_a_start_that_the_law_does_not_allow_becomes_one_that_it_does():
     assert motion.problem.law.excess(problem.A @ np.full(8, 2.0) + problem.q_w[0], problem.p_w[0]).max() > 1
     excess = problem.law.excess(first.q, np.where(first.w > 0, 0.0, first.p))
     assert excess.max() < 1e-11 * motion.scale.force
-
-
-def test_an_open_node_that_would_overlap_is_refused():
-    joint = Problem(A=np.eye(2), B=np.zeros((2, 2)), C=np.diag([1.0, 2.0]), f=0.5,
-                    q_w=[[0.25, 0.5]] * 2, p_w=[[1.0, -3.0]] * 2)  # fmt: skip
-    message = "^open nodes: expected gaps >= 0 under the first load, found that node 0 would overlap by 1$"
-    with pytest.raises(UsageError, match=message):
-        beginning(joint, 1.0, None, [0])
 
 
 def test_a_stop_tells_when_a_node_lifts_off():

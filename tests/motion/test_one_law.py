@@ -18,32 +18,27 @@ from shakedown.motion.evolution import Evolution
 from shakedown.motion.fixed_steps import FixedSteps
 from shakedown.motion.method import walk
 
-UNIT = Scales(1.0, 1.0)
 # (f, q, p, w, slip), and by how much the law is broken
 STATES = {
-    "no penetration": ((0.5, 0.0, 0.0, -0.25, 0.0), 0.25),
-    "no tension": ((0.0, 0.0, -0.25, 0.0, 0.0), 0.25),
+    "no penetration": ((0.5, 0.0, 0.0, -0.25, 0.0), 0.25), "no tension": ((0.0, 0.0, -0.25, 0.0, 0.0), 0.25),
     "an open node carries nothing": ((0.5, 0.0, 0.25, 2.0, 0.0), 0.25),
-    "Coulomb": ((0.5, 0.75, 1.0, 0.0, 0.0), 0.25),
-    "forward slip": ((0.5, 0.25, 1.0, 0.0, 0.5), 0.5),
-    "backward slip": ((0.5, -0.25, 1.0, 0.0, -0.5), 0.5),
-    "lawful stick": ((0.5, 0.25, 1.0, 0.0, 0.0), 0.0),
+    "Coulomb": ((0.5, 0.75, 1.0, 0.0, 0.0), 0.25), "forward slip": ((0.5, 0.25, 1.0, 0.0, 0.5), 0.5),
+    "backward slip": ((0.5, -0.25, 1.0, 0.0, -0.5), 0.5), "lawful stick": ((0.5, 0.25, 1.0, 0.0, 0.0), 0.0),
     "lawful stick on the backward limit": ((0.5, 0.5, 1.0, 0.0, 0.0), 0.0),
     "lawful forward slip": ((0.5, -0.5, 1.0, 0.0, 0.5), 0.0),
     "lawful backward slip": ((0.5, 0.5, 1.0, 0.0, -0.5), 0.0),
-    "lawful open": ((0.5, 0.0, 0.0, 1.0, 0.0), 0.0),
-    "lawful apex": ((0.5, 0.0, 0.0, 0.0, 0.0), 0.0),
+    "lawful open": ((0.5, 0.0, 0.0, 1.0, 0.0), 0.0), "lawful apex": ((0.5, 0.0, 0.0, 0.0, 0.0), 0.0),
     "lawful frictionless slip": ((0.0, 0.0, 1.0, 0.0, 0.5), 0.0),
-}
+}  # fmt: skip
 
 
-def violation(judge, state, scale=UNIT):
+def violation(judge, state, scale):
     f, q, p, w, slip = (np.array([x]) for x in state)
     return float(judge(f, q * scale.force, p * scale.force, w * scale.length, slip * scale.length, scale)[0])
 
 
 @pytest.mark.parametrize("case", STATES)
-@pytest.mark.parametrize("scale", [UNIT, Scales(1e9, 1e-6)], ids=str)
+@pytest.mark.parametrize("scale", [Scales(1.0, 1.0), Scales(1e9, 1e-6)], ids=str)
 def test_what_breaks_a_clause_is_found_and_measured_and_what_obeys_the_law_passes(case, scale):
     state, size = STATES[case]
     assert violation(law_violation, state, scale) == pytest.approx(size, rel=1e-12, abs=0.0)
