@@ -110,6 +110,18 @@ def steady_slide(
     >>> joint = ViscousJoint(no_stiffness, Law(np.array([0.5])), load, np.ones(2), Scales(2.0, 2.0))
     >>> steady_slide(joint, np.zeros(2), np.array([-1.499, 0.0]), np.array([-1]))[1]
     array([-1.5,  0. ])
+
+    Nothing holds it for ever where a load pulls it away while it is open; one that presses it closes it, and
+    none slides on under tension:
+
+    >>> for p, contact in ((-1.0, 2), (1.0, 2), (-1.0, -1)):
+    ...     pulled = joint._replace(kappa=np.zeros((2, 2)), load=np.array([2.0, p]))
+    ...     gap, opening = (1.0, -p) if contact == 2 else (0.0, 0.0)
+    ...     slide = steady_slide(pulled, np.array([0.0, gap]), np.array([-2.0, opening]), np.array([contact]))
+    ...     print(slide is not None)
+    True
+    False
+    False
     """
     equations = _SlideEquations(joint, contact)
     if not equations.rigid.shape[1]:

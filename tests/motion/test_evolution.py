@@ -81,7 +81,7 @@ def test_path_does_not_depend_on_the_load_steps(seed):
         for keys, size in (("v w", scale.length), ("q p q_w p_w", scale.force)):
             for key in keys.split():
                 assert np.abs(getattr(path, key) - getattr(finer, key)).max() <= 1e-11 * size
-        np.testing.assert_allclose(path.cycle, times, rtol=1e-15)
+        np.testing.assert_allclose(path.cycle, times, rtol=0.0, atol=1e-14)
         assert set(zip(path.kind, path.node, strict=True)) == {(EventKind.LOAD_STEP, -1)}
 
 

@@ -39,7 +39,7 @@ def test_jump_ends_in_the_published_state_and_balances_the_load_whatever_the_dam
         assert list(run.history.state[-1]) == [-1, 2]
         assert 0 < jump.friction_work < jump.energy_released
         released.append(jump.energy_released)
-        assert jump.steps == sum(accepted) < len(accepted)
+        assert jump.steps == sum(accepted)
         accepted.clear()
     assert released == pytest.approx([released[0]] * len(released), rel=1e-9)
     assert run.cycles[0].dissipation == pytest.approx(work_not_stored(problem.kappa, run.history), rel=1e-6)
