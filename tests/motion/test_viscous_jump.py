@@ -111,6 +111,8 @@ def test_a_body_that_friction_does_not_hold_slides_away():
     other = shakedown.long_term_state(lifted, 1.0)
     assert (other.outcome, other.slides_away) == ("undecided", False)
     assert not evolve(lifted, 1.0).stop.slides_away
+    loose = shakedown.Problem(A=[[0.0]], B=[[0.0]], f=0.5, q_w=[[0.0], [2.0]], p_w=[[1.0], [1.0]])
+    assert evolve(loose, 1.0).stop.slides_away
 
 
 def test_random_joints_far_above_their_thresholds():

@@ -169,8 +169,8 @@ class SpaceEvents(EventMethod):
     Loads that change by twice the largest of them, by a hundredth of it, and not at all:
 
     >>> from shakedown.motion.evolution import Evolution
-    >>> joint = {"A": np.eye(2), "B": np.zeros((1, 2)), "f": 0.5, "p_w": [[1.0], [1.0]]}
-    >>> loads = [[-1.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.01, 0.0]], [[1.0, 0.0], [1.0, 0.0]]
+    >>> joint = {"A": np.eye(2), "B": np.zeros((1, 2)), "f": 0.5, "p_w": [[2.0], [2.0]]}
+    >>> loads = [[-2.0, 0.0], [2.0, 0.0]], [[0.0, 0.0], [0.02, 0.0]], [[2.0, 0.0], [2.0, 0.0]]
     >>> [round(Evolution(Problem(**joint, q_w=q_w), 1.0).method.accuracy, 15) for q_w in loads]
     [1e-08, 1e-10, 1e-08]
     """

@@ -68,10 +68,9 @@ def test_small_implicit_steps_reach_the_same_state():
     passed = Evolution(problem, 0.9776574724999321)
     assert passed.cycle(record=True) is not None
     assert violation_on_the_way(passed) <= law_resolution(problem, passed.tolerances)
-    h = passed.history
+    h, joint = passed.history, ImplicitSteps(problem.kappa, problem.f, 2, passed.scale.force)
     first = int(np.flatnonzero(h.kind == EventKind.CLOSES)[-1])
     last = first + int(np.flatnonzero(h.kind[first:] == EventKind.LOAD_STEP)[0])
-    joint = ImplicitSteps(problem.kappa, problem.f, 2, passed.scale.force)
     ends = [first, last]
     steps = joint.follow(h.v[first], h.w[first], h.q_w[ends], h.p_w[ends], parts=400)
     way = np.abs(h.v[last] - h.v[first]).max()
