@@ -107,7 +107,7 @@ def test_threads_that_numba_ends_at_are_one_line(monkeypatch):
     )
 
 
-@pytest.mark.parametrize("words", [["--help"], ["solve", "two-node", "--json"]])
+@pytest.mark.parametrize("words", [["--help"], ["example", "--json"]])
 def test_a_full_disk_behind_stdout_is_one_line(words):
     with open("/dev/full", "wb") as full:
         done = subprocess.run([*COMMAND, *words], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
@@ -123,7 +123,7 @@ def test_a_full_disk_behind_stderr_leaves_the_exit_code():
 
 def test_no_streams_at_all():
     code = "import os, sys; os.close(1); os.close(2); from shakedown.cli.main import main; main()"
-    done = subprocess.run([sys.executable, "-c", code, "solve", "two-node"], check=False)
+    done = subprocess.run([sys.executable, "-c", code, "example"], check=False)
     assert done.returncode in (0, 2)
 
 
@@ -150,7 +150,7 @@ def on_a_terminal(columns, *words):
 
 @pytest.mark.parametrize("columns", [60, 150])  # 80 is what every other test has
 def test_text_is_as_wide_as_the_terminal(columns):
-    lines = on_a_terminal(columns, "solve", "three-node", "-q").splitlines()
+    lines = on_a_terminal(columns, "solve", "one-node", "-q").splitlines()
     assert max(map(len, lines)) <= columns
     if columns > 80:
         assert max(map(len, lines)) > 80

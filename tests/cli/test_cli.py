@@ -225,14 +225,8 @@ def test_light_commands_import_nothing_heavy():
 def test_a_closed_pipe_ends_quietly():
     read, write = os.pipe()
     os.close(read)
-    words = [
-        sys.executable,
-        "-c",
-        "from shakedown.cli.main import main; main()",
-        "solve",
-        "one-node",
-        "--json",
-    ]
+    code = "from shakedown.cli.main import main; main()"
+    words = [sys.executable, "-c", code, "example", "--json"]
     done = subprocess.run(words, stdout=write, stderr=subprocess.PIPE, text=True, check=False)
     os.close(write)
     assert (done.returncode, done.stderr) == (1, "")
