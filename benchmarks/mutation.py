@@ -1,10 +1,9 @@
 """Who tests the tests: one operator, comparison, sign or constant of the package changed at a time.
 
 All tests run once, while pytest-cov (``pip install pytest-cov``) notes which of them run which lines. Each
-place drawn is changed in a copy of the repository, where the tests run that run its line, the nearest first.
-Which run what Numba compiles is unknown: there the tests of its folder run, of the one above and of the
-folder that uses it. A change that no test notices survives: a test is missing, or nothing needs the code, or
-both mean the same.
+place drawn is changed in a copy of the repository, where the tests run that run its line. Which run what
+Numba compiles is unknown: there those of its subpackage run, and of the one that uses it. A change that no
+test notices survives: a test is missing, or nothing needs the code, or both mean the same.
 
 ``python -m benchmarks.mutation`` goes on where it stopped; what is measured by then is a sample of them all.
 """
@@ -27,29 +26,23 @@ from shakedown.report.facts import table
 
 TITLE = "Changes of the source that no test notices"
 ROOT = Path(__file__).parents[1]
-TESTS = ROOT / "tests"
 DECIDE = ("joint", "programs", "bounds", "motion", "long_term", "models/importing", "assessment")
 FOLDERS = (*(f"shakedown/{name}" for name in (*DECIDE, "studies", "report")), "cli")
-USED_BY = {"programs": "bounds", "motion": "long_term"}  # whose tests say more
+USED_BY = {"motion": ["long_term"]}  # whose tests say more
 PLACES = 200
 SEED = 2  # another one draws a fresh sample
 SECONDS = 900  # of tests that do not end: the change is noticed
 CODE_CACHE = "shakedown/ground/code_cache.py"
 COMPILED = re.compile(rb"\bnamed_state\b|\bnumba\b")  # a module with functions that Numba compiles
-CHANGED = {  # what stands for an operator, and what is put there
-    ast.Lt: ("<", "<="),
-    ast.LtE: ("<=", "<"),
-    ast.Gt: (">", ">="),
-    ast.GtE: (">=", ">"),
-    ast.Eq: ("==", "!="),
-    ast.NotEq: ("!=", "=="),
-    ast.Add: ("+", "-"),
-    ast.Sub: ("-", "+"),
-    ast.Mult: ("*", "/"),
-    ast.Div: ("/", "*"),
-    ast.And: ("and", "or"),
-    ast.Or: ("or", "and"),
-}
+PAIRS = (  # operators that stand for each other
+    (ast.Lt, "<", ast.LtE, "<="),
+    (ast.Gt, ">", ast.GtE, ">="),
+    (ast.Eq, "==", ast.NotEq, "!="),
+    (ast.Add, "+", ast.Sub, "-"),
+    (ast.Mult, "*", ast.Div, "/"),
+    (ast.And, "and", ast.Or, "or"),
+)
+CHANGED = {kind: (a, b) for x, a, y, b in PAIRS for kind, a, b in ((x, a, b), (y, b, a))}
 
 
 class Place(NamedTuple):
@@ -155,24 +148,16 @@ def _copied() -> Path:
 
 
 def _tests(place: Place) -> list[str]:
-    """The tests that run the statement of a place, or else its module; the nearest first."""
-    folder = TESTS / Path(place.path).parent.relative_to("." if place.path.startswith("cli") else "shakedown")
-    while not folder.is_dir():
-        folder = folder.parent
-    above = folder if folder.parent == TESTS else folder.parent
-    source = ROOT / place.path
-    if COMPILED.search(source.read_bytes()):
-        user = USED_BY.get(Path(place.path).parts[1])
-        near = dict.fromkeys([folder, above, *([TESTS / user] if user else [])])
-        return [place.path, *(str(path.relative_to(ROOT)) for path in near)]
+    """The tests that run the statement of a place, or else its module; those of its subpackage first."""
+    source, part = (ROOT / place.path).read_bytes(), place.path.removeprefix("shakedown/").split("/")[0]
+    if COMPILED.search(source):
+        return [place.path, *(f"tests/{name}" for name in (part, *USED_BY.get(part, ())))]
     runs = _runs()[place.path]
-    statements = (node for node in ast.walk(ast.parse(source.read_bytes())) if isinstance(node, ast.stmt))
-    holding = [node for node in statements if node.lineno <= place.line <= (node.end_lineno or 0)]
-    first = max(node.lineno for node in holding)
+    statements = (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.stmt))
+    first = max(each.lineno for each in statements if each.lineno <= place.line <= (each.end_lineno or 0))
     tests = set().union(*(runs.get(line, ()) for line in range(first, place.line + 1)))
     tests = tests or set().union(*runs.values())  # a constant of the module
-    near = f"{folder.relative_to(ROOT)}/"
-    return sorted(tests, key=lambda test: (source.stem not in test, not test.startswith(near), test))
+    return sorted(tests, key=lambda test: (not test.startswith(f"tests/{part}/"), test))
 
 
 @cache

@@ -20,85 +20,77 @@ from benchmarks.bodies.classical import cylinder_on_flat, press_fit
 from benchmarks.bodies.lap_joint import WIDTH, lap_joint
 from benchmarks.bodies.sphere import sphere_on_flat
 from benchmarks.display import lines, panels
-from shakedown import Problem, plot, refine
-from shakedown.fem import (
-    Displacement,
-    ElasticBody,
-    Load,
-    Material,
-    Pressure,
-    Support,
-    Traction,
-    block_mesh,
-    brick_mesh,
-    contact_problem,
-)
+from shakedown import Problem, fem, plot, refine
 from shakedown.studies.refined import Refinement
 
 TITLE = "What converges under mesh refinement"
-STEEL = Material(200e3, 0.3)  # N, mm
+STEEL = fem.Material(200e3, 0.3)  # N, mm
 
 
-def top_moved() -> list[Displacement]:
+def top_moved() -> list[fem.Displacement]:
     """The top goes down by 1 ± 0.15 µm and sideways by ± 0.25 µm, a quarter of a period apart."""
     return [
-        Displacement(boundary="top", x=2.5e-4, y=0.0, history=lambda t: np.cos(2 * np.pi * t)),
-        Displacement(boundary="top", x=0.0, y=-1e-3, history=lambda t: 1 + 0.15 * np.sin(2 * np.pi * t)),
+        fem.Displacement(boundary="top", x=2.5e-4, y=0.0, history=lambda t: np.cos(2 * np.pi * t)),
+        fem.Displacement(boundary="top", x=0.0, y=-1e-3, history=lambda t: 1 + 0.15 * np.sin(2 * np.pi * t)),
     ]
 
 
 def block_on_plane(elements: int, f: float) -> Problem:
     """A block 2 × 1 on a rigid plane."""
-    body = ElasticBody(block_mesh(2.0, 1.0, elements, elements // 2), STEEL, loads=top_moved())
-    return contact_problem(body, "bottom", f, steps=48)
+    body = fem.ElasticBody(fem.block_mesh(2.0, 1.0, elements, elements // 2), STEEL, loads=top_moved())
+    return fem.contact_problem(body, "bottom", f, steps=48)
 
 
 def similar_blocks(elements: int, f: float) -> Problem:
     """Two blocks 2 × 1 of one material on each other, the lower one held at its bottom."""
     rows = elements // 2
-    upper = ElasticBody(block_mesh(2.0, 1.0, elements, rows), STEEL, loads=top_moved())
-    lower = ElasticBody(
-        block_mesh(2.0, 1.0, elements, rows, origin=(0.0, -1.0)), STEEL, supports=[Support("bottom")]
+    upper = fem.ElasticBody(fem.block_mesh(2.0, 1.0, elements, rows), STEEL, loads=top_moved())
+    lower = fem.ElasticBody(
+        fem.block_mesh(2.0, 1.0, elements, rows, origin=(0.0, -1.0)), STEEL, supports=[fem.Support("bottom")]
     )
-    return contact_problem(upper, "bottom", f, against=(lower, "top"), steps=48)
+    return fem.contact_problem(upper, "bottom", f, against=(lower, "top"), steps=48)
 
 
-def pressed_and_pushed() -> list[Load]:
+def pressed_and_pushed() -> list[fem.Load]:
     """10 MPa on the top all the time, and 1 MPa to and fro along it."""
     return [
-        Pressure("top", 10.0, history=np.ones(24)),
-        Traction("top", (1.0, 0.0), history=lambda t: np.cos(2 * np.pi * t)),
+        fem.Pressure("top", 10.0, history=np.ones(24)),
+        fem.Traction("top", (1.0, 0.0), history=lambda t: np.cos(2 * np.pi * t)),
     ]
 
 
 def pushed_block(elements: int, f: float) -> Problem:
     """A block 2 × 1 on a rigid plane, by forces: that of the tutorial."""
-    mesh = block_mesh(2.0, 1.0, elements, elements // 2)
-    return contact_problem(ElasticBody(mesh, STEEL, loads=pressed_and_pushed()), "bottom", f, steps=24)
+    mesh = fem.block_mesh(2.0, 1.0, elements, elements // 2)
+    return fem.contact_problem(
+        fem.ElasticBody(mesh, STEEL, loads=pressed_and_pushed()), "bottom", f, steps=24
+    )
 
 
 def pad(elements: int, f: float) -> Problem:
     """The same block on a larger one of its material, 6 × 3, in the middle of its top."""
-    upper = ElasticBody(
-        block_mesh(2.0, 1.0, elements, elements // 2, origin=(-1.0, 0.0)), STEEL, loads=pressed_and_pushed()
+    upper = fem.ElasticBody(
+        fem.block_mesh(2.0, 1.0, elements, elements // 2, origin=(-1.0, 0.0)),
+        STEEL,
+        loads=pressed_and_pushed(),
     )
-    mesh = block_mesh(6.0, 3.0, 3 * elements, 3 * elements // 2, origin=(-3.0, -3.0))
+    mesh = fem.block_mesh(6.0, 3.0, 3 * elements, 3 * elements // 2, origin=(-3.0, -3.0))
     size = 2.0 / elements
     mesh = mesh.with_boundaries(
         {"contact": lambda x: (np.abs(x[1]) < 0.1 * size) & (np.abs(x[0]) < 1.0)}, boundaries_only=True
     )
-    lower = ElasticBody(mesh, STEEL, supports=[Support("bottom")])
-    return contact_problem(upper, "bottom", f, against=(lower, "contact"), steps=24)
+    lower = fem.ElasticBody(mesh, STEEL, supports=[fem.Support("bottom")])
+    return fem.contact_problem(upper, "bottom", f, against=(lower, "contact"), steps=24)
 
 
 def brick(elements: int, f: float) -> Problem:
     """A brick 2 × 2 × 1 on a rigid plane, moved as the block is."""
     loads = [
-        Displacement("top", x=2.5e-4, y=0.0, z=0.0, history=lambda t: np.cos(2 * np.pi * t)),
-        Displacement("top", x=0.0, y=0.0, z=-1e-3, history=lambda t: 1 + 0.15 * np.sin(2 * np.pi * t)),
+        fem.Displacement("top", x=2.5e-4, y=0.0, z=0.0, history=lambda t: np.cos(2 * np.pi * t)),
+        fem.Displacement("top", x=0.0, y=0.0, z=-1e-3, history=lambda t: 1 + 0.15 * np.sin(2 * np.pi * t)),
     ]
-    mesh = brick_mesh((2.0, 2.0, 1.0), (elements, elements, elements // 2))
-    return contact_problem(ElasticBody(mesh, STEEL, loads=loads), "bottom", f, steps=24)
+    mesh = fem.brick_mesh((2.0, 2.0, 1.0), (elements, elements, elements // 2))
+    return fem.contact_problem(fem.ElasticBody(mesh, STEEL, loads=loads), "bottom", f, steps=24)
 
 
 def bolted_lap(elements: int) -> Problem:

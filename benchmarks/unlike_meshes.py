@@ -15,22 +15,10 @@ import shakedown
 from benchmarks import calculix_peer
 from benchmarks.display import listed
 from benchmarks.unlike_blocks import stuck_in_calculix
-from shakedown import Problem
-from shakedown.fem import (
-    ElasticBody,
-    Force,
-    Material,
-    Pressure,
-    Support,
-    Traction,
-    block_mesh,
-    brick_mesh,
-    contact_problem,
-    ring_mesh,
-)
+from shakedown import Problem, fem
 
 TITLE = "Surfaces whose meshes do not match"
-STEEL, FRICTION, STEPS = Material(210e3, 0.3), 0.4, 16
+STEEL, FRICTION, STEPS = fem.Material(210e3, 0.3), 0.4, 16
 LOAD_FACTOR = 1.6  # at which joints are simulated: 1.2 λ_max
 MATCHING = (8, 16, 32, 64)
 MESHES = [
@@ -90,13 +78,15 @@ def _patch(name: str) -> dict:
     for count, above in ((upper, True), (lower, False)):
         level = 1.0 if above else 0.0
         if shape == "plane":
-            mesh = block_mesh(2.0, 1.0, count, 4, origin=(0.0, level))
+            mesh = fem.block_mesh(2.0, 1.0, count, 4, origin=(0.0, level))
         else:
-            mesh = brick_mesh((2.0, 2.0, 1.0), (count, count, 1), origin=(0, 0, level), tetrahedra=tetrahedra)
-        press, support = [Pressure("top", 3.0, history=1.0)], [Support("bottom")]
+            mesh = fem.brick_mesh(
+                (2.0, 2.0, 1.0), (count, count, 1), origin=(0, 0, level), tetrahedra=tetrahedra
+            )
+        press, support = [fem.Pressure("top", 3.0, history=1.0)], [fem.Support("bottom")]
         more = {"loads": press} if above else {"supports": support}
-        found.append(ElasticBody(mesh, Material(1.0, 0.0), order=order, **more))
-    joint = contact_problem(found[0], "bottom", 0.4, against=(found[1], "top"), coupling="mortar")
+        found.append(fem.ElasticBody(mesh, fem.Material(1.0, 0.0), order=order, **more))
+    joint = fem.contact_problem(found[0], "bottom", 0.4, against=(found[1], "top"), coupling="mortar")
     values = np.linalg.eigvalsh(joint.kappa)
     return {
         "n": joint.n,
@@ -110,17 +100,17 @@ def _patch(name: str) -> dict:
 def sheared(upper: int, lower: int) -> Problem:
     """A block 2 × 1 on another one, pressed and sheared at its top."""
     loads = [
-        Pressure("top", 100.0, history=1.0),
-        Traction("top", (20.0, 0.0), history=lambda t: np.sin(2 * np.pi * t)),
+        fem.Pressure("top", 100.0, history=1.0),
+        fem.Traction("top", (20.0, 0.0), history=lambda t: np.sin(2 * np.pi * t)),
     ]
-    above = ElasticBody(block_mesh(2.0, 1.0, upper, max(upper // 2, 2)), STEEL, loads=loads)
-    below = ElasticBody(
-        block_mesh(2.0, 1.0, lower, max(lower // 2, 2), origin=(0.0, -1.0)),
+    above = fem.ElasticBody(fem.block_mesh(2.0, 1.0, upper, max(upper // 2, 2)), STEEL, loads=loads)
+    below = fem.ElasticBody(
+        fem.block_mesh(2.0, 1.0, lower, max(lower // 2, 2), origin=(0.0, -1.0)),
         STEEL,
-        supports=[Support("bottom")],
+        supports=[fem.Support("bottom")],
     )
     how = "nodes" if upper == lower else "mortar"
-    return contact_problem(above, "bottom", FRICTION, against=(below, "top"), coupling=how, steps=STEPS)
+    return fem.contact_problem(above, "bottom", FRICTION, against=(below, "top"), coupling=how, steps=STEPS)
 
 
 def _limits(mesh: list[int]) -> dict:
@@ -137,12 +127,12 @@ def _limits(mesh: list[int]) -> dict:
     }
 
 
-def ring(inner: float, outer: float, count: int, layers: int, *, hub: bool) -> ElasticBody:
+def ring(inner: float, outer: float, count: int, layers: int, *, hub: bool) -> fem.ElasticBody:
     """A ring of quadrilaterals in plane strain; the hub is free, the shaft held at its bore."""
-    mesh = ring_mesh(inner, outer, count, layers)
+    mesh = fem.ring_mesh(inner, outer, count, layers)
     if not hub:
-        return ElasticBody(mesh, STEEL, supports=[Support("inside")])
-    return ElasticBody(mesh, STEEL, loads=[Force("outside", (1.0, 0.0), history=[1.0, 0.0])])
+        return fem.ElasticBody(mesh, STEEL, supports=[fem.Support("inside")])
+    return fem.ElasticBody(mesh, STEEL, loads=[fem.Force("outside", (1.0, 0.0), history=[1.0, 0.0])])
 
 
 def _press_fit(mesh: list[int]) -> dict:
@@ -150,7 +140,7 @@ def _press_fit(mesh: list[int]) -> dict:
     a, b, c, poisson = 10.0, 20.0, 40.0, STEEL.poisson
     outer, inner = ring(b, c, mesh[0], mesh[0] // 3, hub=True), ring(a, b, mesh[1], mesh[1] // 5, hub=False)
     how = {} if mesh[0] == mesh[1] else {"coupling": "mortar", "reach": 1.0}
-    joint = contact_problem(outer, "inside", FRICTION, against=(inner, "outside"), gap=-0.02, **how)
+    joint = fem.contact_problem(outer, "inside", FRICTION, against=(inner, "outside"), gap=-0.02, **how)
     pressure = joint.p_w[1] / joint.node_area
     gives = ((1 - 2 * poisson) * b**2 + c**2) / (c**2 - b**2)
     gives += (1 - 2 * poisson) * (b**2 - a**2) / (b**2 + (1 - 2 * poisson) * a**2)
