@@ -212,6 +212,8 @@ def test_bounds_and_simulations_agree(found):
         if each.region == "below λ_U" or each.in_ball:
             assert each.simulation.outcome == "shakedown"
             assert each.agrees
+            margin = found.limits.ball_at(each.load_factor).margin(each.simulation.final_slip)
+            assert each.simulation.energy_margin == pytest.approx(float(margin), rel=1e-9)
         if each.initial == "safe" and each.region != "above λ_max":
             excess = constraints(each.simulation.problem).relative_excess(each.start, each.load_factor)
             assert excess.max() <= DEFAULT.feasibility

@@ -37,12 +37,8 @@ def test_only_joints_of_many_nodes_in_space_take_long() -> None:
 
 @pytest.mark.parametrize(
     ("name", "f", "lower", "upper"),
-    [
-        ("block-9", 0.5, 0.0, 4.715032),
-        ("block-9", 0.2, 1.219830, 1.730955),
-        ("three-node", 0.5, 3.096, 10 / 3),
-    ],
-)
+    [("block-9", 0.5, 0.0, 4.715032), ("block-9", 0.2, 1.219830, 1.730955), ("three-node", 0.5, 3.096, 10 / 3)],
+)  # fmt: skip
 def test_known_systems(name: str, f: float, lower: float, upper: float) -> None:
     bounds = shakedown.shakedown_bounds(replace(shakedown.example(name), f=f))
     assert bounds.lower.load_factor == pytest.approx(lower, abs=5e-7)

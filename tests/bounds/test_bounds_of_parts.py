@@ -28,15 +28,8 @@ def limit(name, problem):
 @pytest.mark.parametrize("name", LIMITS)
 @pytest.mark.parametrize(
     ("kind", "number", "decades"),
-    [
-        ("plane", 9, 0),
-        ("plane", 15, 3),
-        ("plane", 26, 3),
-        ("space", 14, 3),
-        ("space", 15, 0),
-        ("space", 20, 3),
-    ],
-)
+    [("plane", 9, 0), ("plane", 15, 3), ("plane", 26, 3), ("space", 14, 3), ("space", 15, 0), ("space", 20, 3)],
+)  # fmt: skip
 def test_a_limit_is_the_least_of_the_parts(name, kind, number, decades):
     parts = pair(kind, number, decades)
     assert limit(name, joined(parts)) == pytest.approx(min(limit(name, part) for part in parts), rel=1e-9)
@@ -58,13 +51,8 @@ def test_units_of_one_part_change_no_limit_of_the_joint(decades):
 
 @pytest.mark.parametrize(
     "joint",
-    [
-        strong_joint(0, 4),
-        strong_joint(6, 4, floating=True),
-        space_joint(0, 3),
-        space_joint(1, 3, floating=True),
-    ],
-)
+    [strong_joint(0, 4), strong_joint(6, 4, floating=True), space_joint(0, 3), space_joint(1, 3, floating=True)],
+)  # fmt: skip
 def test_units_of_each_node_change_no_limit(joint):
     sizes = 2.0 ** (7 * np.arange(joint.n) - 9)
     other = in_units(joint, 1.0 / sizes, sizes)

@@ -18,6 +18,7 @@ from shakedown.joint.units import without_loads
 from shakedown.motion.evolution import evolve
 from shakedown.report.limit_facts import claims, solve_sheet
 from tests.partly_open import SOME, partly_open, zone_bound
+from tests.uncoupled_parts import joined, with_mean
 
 # without its transient: that begins without load, where the safe slip is not admissible
 RECEDING = replace(without_loads(shakedown.example("receding-block")), q_transient=None, p_transient=None)
@@ -36,6 +37,12 @@ def test_the_search_finds_the_best_of_all_zones(seed):
     values = [bound.load_factor for bound in every if bound.status != "infeasible"]
     best = max(values, default=-np.inf)
     assert found.load_factor == pytest.approx(best, rel=1e-9)
+
+
+def test_the_best_zone_of_uncoupled_parts_is_that_of_each():
+    parts = [with_mean(partly_open(seed, n=4)) for seed in (8, 9)]
+    first, second = (best_zone(part).zone.open_nodes for part in parts)
+    assert upper_bound(joined(parts), open_nodes="auto").open_nodes == (*first, *(4 + k for k in second))
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
@@ -181,12 +188,8 @@ def test_a_wrong_zone_is_reported_not_believed():
 @pytest.mark.parametrize("power", [-40, 25])
 @pytest.mark.parametrize(
     ("draw", "seed", "index", "zone"),
-    [
-        (drawn_joint_in_space, 503, 6, (0, 1)),
-        (drawn_joint_in_space, 516, 2, (0,)),
-        (drawn_joint, 902, 9, (0,)),
-    ],
-)
+    [(drawn_joint_in_space, 503, 6, (0, 1)), (drawn_joint_in_space, 516, 2, (0,)), (drawn_joint, 902, 9, (0,))],
+)  # fmt: skip
 def test_rows_that_no_slip_changes_do_not_set_the_units_of_the_others(power, draw, seed, index, zone):
     """Gaps of a zone that no slip opens have lengths, friction limits have forces."""
     problem = replace(draw(seed, index), initial_slip=None)

@@ -13,7 +13,7 @@ from hostile.damaged_npz import with_header
 
 import shakedown
 from shakedown import Problem, ProblemError, load_problem, save_problem
-from shakedown.joint.fields import in_range
+from shakedown.joint.fields import in_range, printed_error
 from shakedown.joint.problem import AXES
 
 
@@ -142,6 +142,7 @@ def test_a_block_that_is_round_off_of_the_others_is_symmetric():
 
 def test_what_the_digits_of_a_stiffness_leave_open_is_accepted():
     """Entries off by a share of themselves move an eigenvalue by that share of the row sum, here 20."""
+    assert printed_error(np.array([[1.2345, 2.3456], [4.5678, 12.3456]])) == pytest.approx(5e-6)
     A, loads = np.ones((20, 20)) - 0.01 * np.eye(20), {"q_w": np.ones((1, 20)), "p_w": np.ones((1, 20))}
     assert Problem(A=A, B=0 * A, f=0.5, **loads, stiffness_accuracy=1e-3).n == 20
     for a, accuracy, found in ((A, 1e-4, -0.01), (-np.eye(1), 1e-4, -1)):

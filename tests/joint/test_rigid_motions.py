@@ -101,6 +101,8 @@ def test_no_load_factor_is_said_to_be_without_limit_in_doubt() -> None:
     upper = shakedown.upper_bound(doubtful)
     assert (upper.status, np.isnan(upper.load_factor)) == ("undecided", True)
     assert "give stiffness_accuracy" in upper.reason
+    lifted = replace(doubtful, A=np.eye(2), B=np.zeros((2, 2)), C=A)  # in doubt once nodes open
+    assert [can_drift(each) for each in (lifted, replace(lifted, stiffness_accuracy=None))] == [True, False]
 
 
 @pytest.mark.parametrize("seed", range(2))

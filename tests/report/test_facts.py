@@ -164,9 +164,11 @@ EXACT = (0.5, 0.5), (0.0, 0.0), (inf, inf)
     [(None, "in floating point"), ((0.5, 0.5 + 1e-12), "to 2e-12"), *((each, "exactly") for each in EXACT)],
 )
 def test_how_a_limit_is_computed_is_how_wide_its_enclosure_is(certified, told):
-    limits = stated(upper={"certified": certified})
-    rows = {row[0]: row[-1] for row in limit_facts.limits_table(limits, simulated=False).rows}
-    assert rows["λ_max"] == told
+    limits = stated(upper={"certified": certified, "least_load_factor": 1 / 3} | OPEN)
+    rows = {row[0]: row for row in limit_facts.limits_table(limits, simulated=False).rows}
+    assert (rows["λ_max"][-1], rows["λ_lo"][1:3]) == (told, ["safe slips from", "0.3334"])
+    zone = {each.label: each.shown for each in limit_facts.decided_by(Assessment(limits))}
+    assert (zone["open nodes"], zone["safe from"]) == ("node 1", "0.3334")
 
 
 @pytest.mark.parametrize(("proved", "told"), [(0.7, []), (0.8, []), (0.9, ["λ = 0.8 to 0.9"]), (inf, [])])
@@ -222,12 +224,8 @@ def test_up_to_where_slips_stay_small(found, shown, note):
 
 @pytest.mark.parametrize(
     ("period", "jumps", "opened", "told"),
-    [
-        (1, 0.0, (), []),
-        (2, 0.5, (), ["period 2", "0.5 jumps per cycle"]),
-        (1, 0.0, (1, 4), ["nodes 1, 4 open"]),
-    ],
-)
+    [(1, 0.0, (), []), (2, 0.5, (), ["period 2", "0.5 jumps per cycle"]), (1, 0.0, (1, 4), ["nodes 1, 4 open"])],
+)  # fmt: skip
 def test_what_is_remarkable_of_a_run_is_told(period, jumps, opened, told):
     assert run_facts.remarks(SimpleNamespace(period=period, jumps_per_cycle=jumps, open_nodes=opened)) == told
 

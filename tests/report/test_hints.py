@@ -22,6 +22,10 @@ def of(problem, **factors):
 @pytest.mark.parametrize("name", shakedown.example_names())
 def test_nothing_is_said_of_built_in_joints(name):
     assert doubtful_data(shakedown.example(name)) == []
+    problem = of(shakedown.example(name), B=0.0)
+    rigid = replace(problem, C=np.zeros((problem.n, problem.n)))  # as in as few nodes as hold a body
+    hints = [hint for hint in doubtful_data(rigid) if "stiffness in C is 0 times" in hint]
+    assert len(hints) == (problem.n > problem.directions + 1)
 
 
 @pytest.mark.parametrize("name", JOINTS)

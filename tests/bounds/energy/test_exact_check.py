@@ -17,10 +17,12 @@ LOADS = {"q_w": [[1.0, 0.0], [-1.0, 0.0]], "p_w": [[4.0, 4], [4, 4]]}
 TWO = Problem(A=2 * np.eye(2), B=[[1.0, 0.5], [0.0, 0.0]], f=[0.5, 0.25], **LOADS)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize(("radius", "holds"), [(Fraction(56, 10), True), (Fraction(57, 10), False)])
-def test_a_radius_by_hand(radius, holds):
+def test_a_radius_by_hand(radius, holds, side):
     """Node 0 at λ = 1 and zero slip: margin f p − |q| = 1; f γ R < 1 for R < 2√8 = 5.657."""
-    assert ExactBall(TWO, NONE).holds(1.0, np.zeros(2), radius) is holds
+    for problem in (TWO, replace(TWO, q_w=[[side, 0.0], [0.0, 0.0]])):  # at both limits, at one
+        assert ExactBall(problem, NONE).holds(1.0, np.zeros(2), radius) is holds
 
 
 def test_strictly():

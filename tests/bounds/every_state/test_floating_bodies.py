@@ -71,6 +71,9 @@ def test_for_one_node_the_energy_decides():
     for factor, unique in ((1 - 1e-3, True), (1 + 1e-3, False)):
         node = Problem(A=A, B=factor * threshold * B, f=f, q_w=np.zeros((1, 2)), p_w=np.ones((1, 1)))
         assert bool(unique_rates(scaled_joint(node))) is unique
+    A, loads = np.ones((4, 4)) + 1e-6 * np.eye(4), {"q_w": np.zeros((1, 4)), "p_w": np.ones((1, 2))}
+    near_singular = Problem(A=A, B=1e-15 * np.eye(2, 4), f=f, stiffness_accuracy=1e-15, **loads)
+    assert energy_margin(scaled_joint(near_singular)) <= 1 - 16 * 4 * np.finfo(float).eps * np.linalg.cond(A)
 
 
 def drawn(seed: int, kind: str, loads: str = "smooth") -> Problem:
