@@ -98,11 +98,8 @@ def test_every_kind_is_computed_or_says_why_not(name):
 
 
 WHY = "made to fail"
-CERTIFICATES = [
-    "bounds.certificate.certified_upper",
-    "bounds.certificate.certified_lower",
-    "bounds.energy.energy_bound._certificate",
-]
+IN_THE_PLANE = ["bounds.certificate.certified_upper", "bounds.certificate.certified_lower"]
+CERTIFICATES = [*IN_THE_PLANE, "bounds.energy.energy_bound._certificate"]
 OF_SOLVE = [*CERTIFICATES, "bounds.friction_thresholds.wedging_threshold"]
 OF_VERIFY = ["assessment.transient_limit.scanned_limit", "long_term.state.energy_ball"]
 ANSWERS = [("lower", "load_factor"), ("upper", "load_factor"), ("energy", "load_factor"), ("lower", "slip"),

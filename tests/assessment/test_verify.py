@@ -272,12 +272,8 @@ def test_above_λ_max_other_starts_have_the_work_that_the_first_one_leaves(monke
     path = evolve(problem, load_factor, cycles=15).cycles
     starts = np.zeros(4), path[8].end_slip, path[-1].end_slip
     first, near, last = (beyond(shakedown.assess(problem, start).details, start)[0] for start in starts)
-    for most, start, cut in (
-        (first + 1.1 * near, 1, False),
-        (first + 0.5 * near, 1, True),
-        (first + 0.5 * last, 2, False),
-    ):
-        monkeypatch.setattr("shakedown.assessment.every_limit.WORK_BEYOND", most)
+    for more, start, cut in ((1.1 * near, 1, False), (0.5 * near, 1, True), (0.5 * last, 2, False)):
+        monkeypatch.setattr("shakedown.assessment.every_limit.WORK_BEYOND", first + more)
         limits = shakedown.assess(problem).details
         assert [beyond(limits, each)[1] for each in (starts[0], starts[start])] == [False, cut]
 

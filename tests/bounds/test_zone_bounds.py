@@ -101,6 +101,12 @@ def test_without_friction_the_mean_load_opens_what_pulls_and_nothing_else(seed, 
     assert (p[~is_open] >= 0).all()
 
 
+def test_a_node_on_which_open_ones_press_and_pull_alike_is_not_opened_by_round_off():
+    C, p_w = np.array([[2.0, 1.0, -1.0], [1.0, 2.0, 0.0], [-1.0, 0.0, 2.0]]), [[0.0, -2.0, -2.0]]
+    joint = shakedown.Problem(A=np.eye(3), B=np.zeros((3, 3)), C=C, f=0.3, q_w=np.zeros((1, 3)), p_w=p_w)
+    assert opened_by_mean_load(joint) == opened_by_mean_load(joint, friction=False) == (1, 2)
+
+
 def test_a_mean_load_that_opens_a_node_asks_for_its_zone_though_closed_nodes_have_a_safe_slip():
     joint = partly_open(21, 3, d=2)
     closed, found = upper_bound(joint), upper_bound(joint, open_nodes="auto")

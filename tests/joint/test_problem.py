@@ -13,6 +13,7 @@ from hostile.damaged_npz import with_header
 
 import shakedown
 from shakedown import Problem, ProblemError, load_problem, save_problem
+from shakedown.joint.arguments import check_load_factor
 from shakedown.joint.fields import in_range, printed_error
 from shakedown.joint.problem import AXES
 
@@ -169,6 +170,7 @@ def test_largest_values_may_be_there_but_no_larger_ones(key, most):
     for size in (1.001 * most, *[0.999 * least] * (least > 0)):
         with pytest.raises(ProblemError, match=r"expected .* (up to|between|below) "):
             Problem(**{"f": 0.5, **joint, key: np.full((1, 1)[key == "f" :], size)})
+    check_load_factor(1e25, Problem(**{"f": 0.5, **joint, "q_w": [[1e75]]}))  # reactions of 1e100, the most
 
 
 @pytest.mark.parametrize("size", [1e-20, 1.0, 1e20])

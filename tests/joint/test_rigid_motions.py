@@ -137,6 +137,7 @@ def test_a_diagonal_that_round_off_makes_negative_is_followed():
     loop = {"f": 0.5, "q_w": [[1.0, 0.0], [-1.0, 0.0]], "p_w": [[3.0, 3.0], [3.0, 3.0]]}
     problem = Problem(A=[[-1e-17, 0.0], [0.0, 1.0]], B=np.zeros((2, 2)), **loop)
     assert np.isfinite(free_stiffness(problem)).all()
+    assert rigid_slips(replace(problem, A=np.diag([0.0, 1.0]))).motions.T.tolist() == [[1.0, 0.0]]
 
 
 SIZES = [(n, free) for n in (2, 5, 12) for free in (1, 2) if n > 2 * free - 1 and n > free]

@@ -77,11 +77,8 @@ def test_the_page_holds_the_state_at_instants_of_its_period(state, view):
     np.testing.assert_allclose(pressure.reshape(-1, 4), at.p / 0.5, atol=1e-3 * at.p.max())
     np.testing.assert_allclose(slip[-4:], state.slip_per_cycle, rtol=1e-4)
     np.testing.assert_allclose(work[-4:], work_of_nodes(state) / 0.5, rtol=1e-4)
-    assert [one["name"] for one in data["numbers"]] == [
-        "pressure [MPa]",
-        "slip so far [mm]",
-        "friction work so far per area [N/mm]",
-    ]
+    names = ["pressure [MPa]", "slip so far [mm]", "friction work so far per area [N/mm]"]
+    assert [one["name"] for one in data["numbers"]] == names
     place = np.array(data["places"]).T
     scale = np.linalg.norm(test_patch.CORNERS - [1.0, 0.5, 5.0], axis=1).max()
     np.testing.assert_allclose(scale * place + [1.0, 0.5, 5.0], test_patch.CORNERS, atol=1e-3)

@@ -14,7 +14,7 @@ from benchmarks.problems import random_problem
 from shakedown import Problem, energy_ball, energy_bound
 from shakedown.bounds.energy.about_slip import limits_about
 from shakedown.bounds.energy.ball_limits import ball_limits
-from shakedown.bounds.energy.ball_search import _largest_load, best_share
+from shakedown.bounds.energy.ball_search import _centre, _largest_load, best_share
 from shakedown.bounds.energy.energy_ball import closed_radius
 from shakedown.joint.contact_zone import contact_zone
 
@@ -112,6 +112,8 @@ def test_the_good_load_factors_are_an_interval(d):
         assert energy_bound(replace(problem, B=[[0.1, 0.2]])).least_load_factor > 0.3
     bound = energy_bound(problem)
     assert (bound.status, bound.load_factor) == ("unbounded", np.inf)
+    about = limits_about(ball_limits(contact_zone(problem, ())), np.zeros(problem.layout.slip_size))
+    assert _centre(about.centre_program(ball=True))[1][-1] == pytest.approx(1.0, rel=1e-3)  # at most 1
     assert bound.least_load_factor == pytest.approx(5 / 12, rel=1e-12)
     assert energy_ball(problem, 0.4).status == "infeasible"
     assert energy_ball(problem, 0.42).status == "unbounded"

@@ -59,7 +59,8 @@ def test_certificates_are_next_to_the_optimum(problem, split):
     bound = shakedown.energy_bound(problem, start, distance, split=split)
     assert bound.status == "optimal"
     assert bound.load_factor * (1 - 1e-9) < bound.certified <= bound.load_factor
-    found, exact = bound.certificate, ExactBall(problem, bound.share if problem.directions == 2 else NONE)
+    assert bound.share.shape == ((problem.n if problem.directions == 2 else 0), 2)
+    found, exact = bound.certificate, ExactBall(problem, bound.share)
     assert exact.holds(found.load_factor, found.slip, found.radius)
     assert exact.radius_to(found.slip, start, distance) <= Fraction(found.radius)
     assert not exact.holds(bound.load_factor * (1 + 1e-9), bound.slip, bound.radius * (1 + 1e-9))
