@@ -72,9 +72,7 @@ def test_both_methods_say_the_same_where_no_node_collapses(joint: Problem) -> No
 
 
 @pytest.mark.parametrize(("largest", "size"), [(2.0, 2.0), (inf, 1.0)])
-@pytest.mark.parametrize(
-    ("share", "unit", "differ"), [(0.9, 1.0, []), (1.1, 1.0, [False]), (1.1, 1.2, [None])]
-)
+@pytest.mark.parametrize(("share", "unit", "differ"), [(0.9, 1, []), (1.1, 1, [False]), (1.1, 1.2, [None])])
 def test_bounds_differ_by_a_share_of_the_largest_or_of_the_nominal_load(largest, size, share, unit, differ):
     """Unless the other solver tells no smaller differences apart in the unit of its load factors."""
     limits = stated(lower={"load_factor": 0.0}, upper={"load_factor": largest})

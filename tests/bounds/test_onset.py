@@ -79,9 +79,7 @@ def test_the_law_holds_at_every_load_step_up_to_there_and_not_beyond(seed, space
 def test_nodes_without_friction_move_freely_and_shift_the_others():
     """v_1 = −q_1(t) at A = [[2, 1], [1, 1]] adds −q_1 to q_0, so that q_0 − q_1 is held against f p."""
     q_w = np.column_stack([np.sin(QUARTERS), -np.sin(QUARTERS)])
-    joint = Problem(
-        A=[[2.0, 1.0], [1.0, 1.0]], B=np.zeros((2, 2)), f=[0.5, 0.0], q_w=q_w, p_w=np.full((4, 2), 3.0)
-    )
+    joint = Problem(A=[[2, 1], [1, 1]], B=np.zeros((2, 2)), f=[0.5, 0.0], q_w=q_w, p_w=np.full((4, 2), 3.0))
     found = first_slip(joint)
     assert (found.load_factor, found.node) == (pytest.approx(0.75), 0)
     still = one_node(f=0.0)  # opens where p = 3 + λ cos t − λ sin t is zero

@@ -9,7 +9,7 @@ from shakedown.bounds.independent_solver import solve_conic
 from shakedown.bounds.scaled_solution import polished
 from shakedown.ground.errors import SolverError
 from shakedown.ground.status import Status
-from shakedown.programs.disc_program import DiscProgram
+from shakedown.programs.disc_program import DiscProgram, _by_orthogonal_factor
 from shakedown.programs.self_dual import solve_discs
 
 
@@ -88,3 +88,13 @@ def test_either_factor_solves_the_normal_equations(n, rank, norm):
         right = given.transposed(scaling.divided(scaling.divided(given.times(expected))))
         for factor in (given.normal_equations, given.orthogonal_factor):
             np.testing.assert_allclose(factor(scaling)(right), expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_rows_that_are_larger_by_many_orders_are_equations_to_the_others(seed):
+    rng = np.random.default_rng(seed)
+    small, large, right = (rng.normal(size=size) for size in ((9, 4), (2, 4), 4))
+    with_multipliers = np.block([[small.T @ small, large.T], [large, np.zeros((2, 2))]])
+    expected = np.linalg.solve(with_multipliers, np.append(right, [0.0, 0.0]))[:4]
+    found = _by_orthogonal_factor(np.vstack([small, 2.0**30 * large]))(right)
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())

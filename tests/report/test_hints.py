@@ -14,9 +14,7 @@ JOINTS = ["block-9", "block-3x3"]
 
 def of(problem, **factors):
     """The joint with some of its arrays in other units."""
-    return replace(
-        without_loads(problem), **{key: factor * getattr(problem, key) for key, factor in factors.items()}
-    )
+    return replace(without_loads(problem), **{key: x * getattr(problem, key) for key, x in factors.items()})
 
 
 @pytest.mark.parametrize("name", shakedown.example_names())

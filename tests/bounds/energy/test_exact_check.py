@@ -70,9 +70,7 @@ def test_certificates_are_next_to_the_optimum(problem, split):
 
 def test_a_body_that_only_friction_holds_is_certified_where_that_is_clear():
     A = np.array([[1.0, -1.0], [-1.0, 1.0]])
-    floating = Problem(
-        A=A, B=0.25 * A[::-1], f=0.5, q_w=[[1.0, -1.0], [-1.0, 1.0]], p_w=[[3.0, 3.0], [3.0, 3.0]]
-    )
+    floating = Problem(A=A, B=0.25 * A[::-1], f=0.5, q_w=A, p_w=np.full((2, 2), 3.0))
     bound = shakedown.energy_bound(floating)
     assert bound.load_factor * (1 - 1e-12) <= bound.certified <= bound.load_factor
     for error, clear in ((-1e-14, True), (1e-14, True), (1e-8, False)):
