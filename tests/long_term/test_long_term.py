@@ -69,6 +69,7 @@ def test_a_floating_body_ratchets(put):
     slips = plain(problem, 1.0, None, 50)
     assert state.outcome == "ratchetting"
     assert state.drift == pytest.approx(slips[-1] - slips[-2], rel=1e-6)
+    assert state.return_error <= 1e-9
     accuracy = 1e-12 if problem.directions == 1 else 1e-9
     assert np.ptp(state.drift[:: problem.directions]) == pytest.approx(0.0, abs=accuracy)
     assert np.abs(state.drift[:: problem.directions]) == pytest.approx(0.8)
@@ -84,6 +85,8 @@ def test_agrees_with_plain_simulation(name, load_factor):
     assert np.abs(slips[-1] - state.final_slip).max() <= 1e-9 * scale
     assert state.residual <= 1e-12
     assert state.return_error <= 1e-10
+    first = 2 + np.flatnonzero(np.abs(np.diff(slips, axis=0)).max(axis=1) <= 1e-9 * scale)[0]
+    assert state.reason.startswith(f"cycle {first} repeats cycle {first - 1}")
 
 
 def test_a_joint_whose_moving_nodes_nothing_holds_is_undecided():

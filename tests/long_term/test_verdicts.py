@@ -66,10 +66,8 @@ def test_friction_and_jumps_together_take_what_the_loading_puts_in(name, load_fa
 
 def test_a_path_that_breaks_the_friction_law_decides_nothing(monkeypatch):
     """Of an integrator that slips too early: its coefficient of friction is smaller than the joint's."""
-    problem, honest = (
-        replace(shakedown.example("two-node")),
-        Evolution.__init__,
-    )  # no integrator is kept for it
+    problem = replace(shakedown.example("two-node"))  # no integrator is kept for it
+    honest = Evolution.__init__
 
     def wrong(self, *arguments, **options):
         honest(self, *arguments, **options)

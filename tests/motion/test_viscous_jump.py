@@ -11,6 +11,7 @@ from shakedown.ground.status import OPEN
 from shakedown.ground.work_limit import limited_work
 from shakedown.motion.checked_law import Scales, law_violation, scales
 from shakedown.motion.course import EventKind
+from shakedown.motion.event_history import path_violation
 from shakedown.motion.evolution import Evolution, evolve
 from shakedown.motion.viscous_jump import Relaxation, ViscousJoint, steady_slide
 from tests.joints_in_space import random_joint
@@ -124,6 +125,7 @@ def test_random_joints_far_above_their_thresholds():
         assert run.stop is None
         h, scale = run.history, scales(problem, 1.0)
         assert law_violation(problem.f, h.q, h.p, h.w, np.zeros_like(h.v), scale).max() <= 1e-12
+        assert path_violation(problem, 1.0, shakedown.Tolerances(), h) <= 1e-9
         found = [jump for cycle in run.cycles for jump in cycle.jumps]
         assert [jump.cycle for jump in found] == pytest.approx(h.cycle[h.kind == EventKind.JUMPS], rel=1e-12)
         jump = (h.kind[1:] == EventKind.JUMPS)[:, None]

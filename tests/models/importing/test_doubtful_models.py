@@ -121,7 +121,7 @@ WARNED = {
     "shifted along the surface": (placed(lambda x, y: (x + 0.04, y)), "0.04 apart along the surface, 0.16 of the spacing"),
     "drawn apart": (placed(lambda x, y: (x, y - 0.004)), "drawn so that they lie apart by 0.004 across the surface"),
     "drawn into each other": (placed(lambda x, y: (x, y + 0.01)), "drawn so that they overlap by 0.01"),
-    "a normal askew": (contact(f"pairs = {labels()}\n{UP.replace('[0, 1]', '[1, 1]', 1)}"), "turned by 45° from the faces"),
+    "a normal askew": (contact(f"pairs = {labels()}\n{UP.replace('[0, 1], [0, 1], [0, 1]', '[1, 1], [0.3, 1], [0.25, 1]', 1)}"), "turned by 45° from the faces there (2 of 9 by more than 15°)"),
     "a node left out": (
         contact(f"pairs = {labels([1, 2, 3, 5, 6, 7, 8, 9], [1073, 1074, 1075, *range(1077, 1082)])}\nnormal = [0, 1]"),
         "lie at one place and are no pair of the contact (1 times, first 4 and 1076)",

@@ -141,6 +141,7 @@ def test_every_way_to_say_a_load_is_the_same_load(tmp_path, old, new):
             r"3 is 0 .*found \[0.0, 1.0, 0.5\]",
         ),
         ("normal = [0.0, 1.0]", "normal = [0, 1]\nsurface = 'S'", "found 'normal' and 'surface'"),
+        ("[contact]", "[contact]\nthickness = 0", "'thickness': expected a number > 0 .*found 0$"),
         ("[[31, 1], [31, 2]]", "[[31, 7]]", "key 'fixed': expected a row for direction 7 of node 31"),
         ("[21, 1, 3.0]", "[99, 1, 3.0]", "key 'forces': expected a row for direction 1 of node 99"),
         ("[21, 1, 3.0]", "[21, 1, 1e308]", r"load \d: force: expected numbers below 1e\+150, found 1e"),

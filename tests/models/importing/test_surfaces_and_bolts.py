@@ -204,6 +204,7 @@ def test_the_check_and_the_pictures_say_the_names(feet, tmp_path):
         ((LEFT, 'name = "right"'), "contact 2: expected one of the keys 'nodes', 'pairs' and 'surfaces'"),
         ((LEFT, 'name = "all"\nsurfaces = ["UPPER", "LOWER"]'), "found node 1 on 'left' and 'all'"),
         ((LEFT, RIGHT + "\naxes = [1, 3]"), "contact 2: key 'axes': expected (1, 2, 3), as of 'left', found"),
+        ((LEFT, RIGHT + "\nnormal = [0, 1, 0]"), "expected normals into the first body, found [0, 1, 0] at"),
         ((LEFT, RIGHT.replace("0.2", "[0.1, 0.2]")), "one for each of 6 nodes of 'right', found 2"),
         ((LEFT + "\nfriction = 0.1", RIGHT), "key 'friction': expected a number, for patches that have none"),
     ],
@@ -219,7 +220,7 @@ def test_a_list_of_coefficients_is_of_one_patch(feet):
 
 HEAD = 'name = "M8"\npreload = 50.0\nhead = "TOP"\naxis = [0, 0, -1]'
 SHANK = f"{HEAD}\nstiffness = 4e5"
-MADE = "area = 1.0\nlength = 0.5\nyoung = 2e5"
+MADE = "area = 0.5\nlength = 0.25\nyoung = 2e5"
 PRESSED = '[[load]]\nforces = [["TOP", 2, -10.0]]\nhistory = 1.0'
 SECTION = 'name = "M8"\npreload = 50.0\nsection = 900'
 PLATES = 'pairs = ["UPPER", "LOWER"]'
@@ -343,7 +344,7 @@ def test_preload_comes_at_assembly_and_can_be_varied(bolted):
     [
         ((SHANK + "\narea = 1.0",), "job", "found 'stiffness', 'area'"),
         ((SHANK.replace("4e5", "-1"),), "job", "key 'stiffness': expected a number > 0, found -1"),
-        ((f"{HEAD}\n{MADE.replace('1.0', '0')}",), "job", "key 'area': expected a number > 0, found 0"),
+        ((f"{HEAD}\n{MADE.replace('0.5', '0')}",), "job", "key 'area': expected a number > 0, found 0"),
         ((SHANK.replace("preload = 50.0", ""),), "job", "key 'preload': expected a force >= 0, found none"),
         ((SHANK.replace("axis = [0, 0, -1]", ""),), "job", "a nut apart from the head, or an 'axis' from"),
         ((SHANK + "\ntorque = 3",), "job", "bolt 1: unknown key 'torque'"),
