@@ -49,10 +49,8 @@ def test_jump_ends_in_the_published_state_and_balances_the_load_whatever_the_dam
 def test_cycles_with_jumps_are_periodic():
     """Back and forth across the jump: a limit cycle that jumps in every cycle."""
     jump = shakedown.example("jump")
-    load = np.array([[2.6, 2.0], [2.2, 2.0], [60.0, 2.0]])
-    problem = shakedown.Problem(
-        A=jump.A, B=jump.B, C=jump.C, f=jump.f, q_w=load, p_w=np.tile(jump.p_w, (3, 1))
-    )
+    load, p_w = np.array([[2.6, 2.0], [2.2, 2.0], [60.0, 2.0]]), np.tile(jump.p_w, (3, 1))
+    problem = shakedown.Problem(A=jump.A, B=jump.B, C=jump.C, f=jump.f, q_w=load, p_w=p_w)
     state = shakedown.long_term_state(problem, 1.0, jump.initial_slip[0])
     assert state.outcome != "undecided"
     again = Evolution(problem, 1.0, jump.initial_slip[0])
@@ -97,6 +95,14 @@ def test_copies_jump_as_each_would_alone(one_after_another):
     assert cycle.dissipation == pytest.approx(energy * alone.dissipation, rel=1e-9)
     slip = cycle.slip.reshape(count, 2) / LENGTH
     assert slip == pytest.approx(np.tile(alone.slip, (count, 1)), rel=1e-7, abs=1e-9)
+
+
+def test_eight_nodes_may_jump_one_after_another_within_a_load_step():
+    blocks = {key: getattr(shakedown.example("one-node-separation"), key) * np.eye(8) for key in "ABC"}
+    q_w = np.repeat([[1.0], [4.0]], 8, axis=1)
+    problem = shakedown.Problem(**blocks, f=0.8 - 1e-3 * np.arange(8), q_w=q_w, p_w=np.full((2, 8), 4.0))
+    (cycle,) = evolve(problem, 1.0).cycles
+    np.testing.assert_allclose([1 + 6 * jump.cycle for jump in cycle.jumps], 4 * problem.f[::-1], rtol=1e-6)
 
 
 def test_a_body_that_friction_does_not_hold_slides_away():

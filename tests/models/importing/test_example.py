@@ -274,9 +274,8 @@ NTOP,1,2
 
 def same_block():
     """The mesh of the deck in scikit-fem: bilinear, plane strain, 0.25 deep."""
-    body = ElasticBody(
-        block_mesh(2.0, 1.0, 8, 6), Material(200e3, 0.3), thickness=0.25, supports=[Support("top")]
-    )
+    mesh, material = block_mesh(2.0, 1.0, 8, 6), Material(200e3, 0.3)
+    body = ElasticBody(mesh, material, thickness=0.25, supports=[Support("top")])
     return contact_condensation(body, "bottom")
 
 

@@ -135,11 +135,7 @@ def test_every_way_to_say_a_load_is_the_same_load(tmp_path, old, new):
         ("normal = [0.0, 1.0]", "", "one of 'normal' and 'normals'"),
         ("normal = [0.0, 1.0]", "normal = [0.0, 1.0]\naxes = [1, 1]", "two of 1, 2, 3"),
         ("normal = [0.0, 1.0]", "normals = [[0.0, 1.0], [0.0, 1.0, 0.0]]", "a list of n x 2 numbers"),
-        (
-            "normal =",
-            "directions = 1\nnormals = [[0, 1, 0], [0, 1, 0.5]]\n#",
-            r"3 is 0 .*found \[0.0, 1.0, 0.5\]",
-        ),
+        ("normal =", "directions = 1\nnormals = [[0,1,0],[0,1,0.5]]\n#", r"3 is 0 .*found \[0.0, 1.0, 0.5]"),
         ("normal = [0.0, 1.0]", "normal = [0, 1]\nsurface = 'S'", "found 'normal' and 'surface'"),
         ("[contact]", "[contact]\nthickness = 0", "'thickness': expected a number > 0 .*found 0$"),
         ("[[31, 1], [31, 2]]", "[[31, 7]]", "key 'fixed': expected a row for direction 7 of node 31"),

@@ -119,12 +119,9 @@ def test_nodes_in_a_transform_are_the_same_joint(folder, made, tmp_path):
     across = np.column_stack([-radial[:, 1], radial[:, 0]])
     own = np.column_stack([*((way * moved[:, :2]).sum(axis=1) for way in (radial, across)), moved[:, 2]])
     for name, vectors, mark in (("model.dat", moved, ""), ("own.dat", own, " L")):
-        rows = [
-            " ".join(map(repr, [int(n), *v])) + mark for n, v in zip(nodes, vectors.tolist(), strict=True)
-        ]
-        (tmp_path / name).write_text(
-            "\n".join([" displacements (vx,vy,vz) for set BOTH and time  0.1000000E+01", "", *rows, ""])
-        )
+        rows = [" displacements (vx,vy,vz) for set BOTH and time  0.1000000E+01", ""]
+        rows += [f"{n} {' '.join(map(repr, v))}{mark}" for n, v in zip(nodes, vectors.tolist(), strict=True)]
+        (tmp_path / name).write_text("\n".join([*rows, ""]))
 
     def imported(file, loads=LOADS):
         return import_model(
