@@ -65,13 +65,13 @@ def configuration(folder, contact, *more, loads=LOADS, job="job", friction=0.4, 
     return folder / name
 
 
-def bricks(upper=(2, 2, 1), lower=(3, 2, 1), height=1.0):
-    count = (upper[0] + 1) * (upper[1] + 1)
+def bricks(upper=(2, 2, 1), lower=(3, 2, 1), height=1.0, size=1.0):
+    count, block = (upper[0] + 1) * (upper[1] + 1), (2.0 * size, 1.5 * size, size)
     loads = [
         Force("top", (0.0, 0.0, -10.0 * count), history=1.0),
         Force("top", (2.0 * count, 1.0 * count, 0.0), history=[1.0, 0.0, -1.0, 0.0]),
     ]
     return (
-        ElasticBody(brick_mesh((2.0, 1.5, 1.0), upper, origin=(0, 0, height)), STEEL, loads=loads),
-        ElasticBody(brick_mesh((2.0, 1.5, 1.0), lower), STEEL, supports=[Support("bottom")]),
+        ElasticBody(brick_mesh(block, upper, origin=(0, 0, height * size)), STEEL, loads=loads),
+        ElasticBody(brick_mesh(block, lower), STEEL, supports=[Support("bottom")]),
     )

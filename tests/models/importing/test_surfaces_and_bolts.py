@@ -275,7 +275,7 @@ def test_a_shank_is_that_of_a_joint_from_meshes(bolted):
 
 def test_head_and_nut_of_two_meshes_make_no_couple(tmp_path):
     """The middle of the nut is beside that of the head: the shank stands on its head all the same."""
-    write(tmp_path, *bricks((2, 2, 1), (3, 2, 1)), {"NUT": lambda x: x[:, 0] > 0.5})
+    write(tmp_path, *bricks((2, 2, 1), (3, 2, 1), size=1e3), {"NUT": lambda x: x[:, 0] > 0.5e3})
     path = with_bolts(tmp_path, SHANK.replace("axis = [0, 0, -1]", 'nut = "LOWER_NUT"'))
     text = path.read_text().replace("pairs = [", "surfaces = [")
     path.write_text(text)
@@ -287,7 +287,7 @@ def test_head_and_nut_of_two_meshes_make_no_couple(tmp_path):
     np.testing.assert_allclose(upper.moment + lower.moment, 0.0, atol=1e-10)
     assert not any("bolt" in said for said in made.warnings)
     assert (made.problem.load_mean[2], made.problem.load_units[2]) == (50.0, "N")
-    head, nut = (int(made.mesh.nodes(name)[0]) for name in ("TOP", "LOWER_NUT"))
+    head, nut = int(made.mesh.nodes("TOP")[0]), int(made.mesh.nodes("LOWER_NUT")[-1])
     path.write_text(text.replace('head = "TOP"', f"head = {head}").replace('"LOWER_NUT"', str(nut)))
     way = made.mesh.at([nut])[0] - made.mesh.at([head])[0]  # from node to node it leans
     shown = re.search(r"carries 50 along \((.*)\) once", import_model(path).notes[-1])[1].split(", ")
