@@ -48,12 +48,9 @@ ONE_WAY = Problem(  # irreducible both ways, but not every mixture of rows is
     p_w=np.ones((4, 3)),
 )
 PUSHED_ON = Problem(  # slip of the first node lowers its own limit by more than it relieves the node
-    A=[[1.0, -1.0], [-1.0, 1.0]],
-    B=[[-3.0, 3.0], [0.0, 0.0]],
-    f=0.5,
-    q_w=[[1.0, 0.0], [-1.0, 0.0]],
-    p_w=[[4.0, 9.0], [4.0, 9.0]],
-)
+    A=[[1.0, -1.0], [-1.0, 1.0]], B=[[-3.0, 3.0], [0.0, 0.0]], f=0.5,
+    q_w=[[1.0, 0.0], [-1.0, 0.0]], p_w=[[4.0, 9.0], [4.0, 9.0]],
+)  # fmt: skip
 
 
 def on_springs(springs, B, **more):
@@ -189,6 +186,9 @@ def test_the_text_says_where_slip_without_creep_is_proved():
 def test_programs_in_the_order_of_the_loads_end_where_drift_begins():
     joint = drawn(5)
     limit = shakedown.creep_limit(joint)
+    (body,), still = sliding_bodies(joint), np.zeros((joint.m, joint.n), dtype=bool)
+    ends = [body.interval_proved(side, still, 0.0, 20.0) for side in (0, 1)]  # by paths that never go back
+    assert ends == pytest.approx(body.wedge_bounds, rel=1e-5)
     assert limit.wedge <= limit.proved <= limit.load_factor * (1 + 1e-6)
     assert not limit.creeps[limit.grid < limit.proved].any()
     in_any_order, held = replace(joint, load_path="domain"), replace(joint, A=joint.A + np.eye(joint.n))
