@@ -174,11 +174,11 @@ def test_a_jump_ends_in_equilibrium(monkeypatch, longest_path):
     monkeypatch.setattr(space_events, "end_at_once", lambda *step: solved.append(step) or solve(*step))
     plane = shakedown.example("jump")
     space, turn = turned(embedded(plane), np.full(plane.n, 0.9))
-    along = turn[:, ::2]
-    start = plane.initial_slip[0]
+    along, start = turn[:, ::2], plane.initial_slip[0]
     one, other = evolve(plane, 1.0, start, cycles=1), evolve(space, 1.0, along @ start, cycles=1)
+    jumps, history = other.cycles[0].jumps, other.history
     assert other.stop is None
-    jumps = other.cycles[0].jumps
+    assert set(history.node[history.kind == EventKind.JUMPS]) == {-1}
     assert len(jumps) == len(one.cycles[0].jumps) > 0
     for flat, curved in zip(one.cycles[0].jumps, jumps, strict=True):
         assert curved.energy_released == pytest.approx(flat.energy_released, rel=1e-6)
