@@ -373,7 +373,7 @@ def proved_infeasible(problem: Problem, rows: DiscRows, end: UnscaledSolution) -
     if balance is None:
         return False
     _, most, _, slope = _totals(proof, balance)
-    return most < 0 and slope <= 0
+    return bool(most < 0 and slope <= 0)
 
 
 def enclosed(
