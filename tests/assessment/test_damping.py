@@ -219,10 +219,8 @@ def test_without_compliance_the_dissipation_is_known():
 def test_wrong_arguments_are_named(change, line):
     with pytest.raises(UsageError, match=line):
         damping(jenkins(), **({"amplitudes": [1.0]} | change))
-    with pytest.raises(
-        UsageError, match="load: expected one of 0 to 2, 'bolt', found 'force'"
-    ):  # of two loads
-        damping(shakedown.example("bolted-flange"), [1.0], load="force")
+    with pytest.raises(UsageError, match="load: expected one of 0 to 2, 'bolt', found 'force'"):
+        damping(shakedown.example("bolted-flange"), [1.0], load="force")  # of two loads
 
 
 def test_a_load_by_its_name_and_its_pictures():

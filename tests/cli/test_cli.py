@@ -52,9 +52,8 @@ def test_critical_has_every_field():
     assert (result["total"], result["regular"], result["degenerate"]) == (4, 4, 0)
     assert result["smallest_positive"]["load_factor"] == pytest.approx(0.6573734697246544, abs=1e-12)
     assert sorted(result["smallest_positive"]["rows"]) == [[0, 1], [1, -1], [1, 1]]
-    assert result["load_factors"] == pytest.approx(
-        [0.6573734697246544, 0.7391455673806329, 1.05252030036052, 2.9348503882950054], abs=1e-9
-    )
+    expected = [0.6573734697246544, 0.7391455673806329, 1.05252030036052, 2.9348503882950054]
+    assert result["load_factors"] == pytest.approx(expected, abs=1e-9)
     assert "load_factors" not in document("critical", "two-node")
 
 
@@ -236,10 +235,8 @@ def test_a_closed_pipe_ends_quietly():
 def test_public_names_load_at_once_where_the_environment_asks_for_it():
     """EAGER_IMPORT of scientific-python: nothing that is public needs an extra, or the package half loaded."""
     code = "import shakedown, sys; print('shakedown.assessment.verify' in sys.modules)"
-    words = [sys.executable, "-c", code]
-    done = subprocess.run(
-        words, env={**os.environ, "EAGER_IMPORT": "1"}, capture_output=True, text=True, check=False
-    )
+    words, env = [sys.executable, "-c", code], {**os.environ, "EAGER_IMPORT": "1"}
+    done = subprocess.run(words, env=env, capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr) == ("True\n", "")
 
 

@@ -129,10 +129,8 @@ def test_friction_that_may_mean_two_things_is_refused(tmp_path):
     said = "f (the friction coefficient) or friction.factor (a factor on it), found 'friction'"
     refused("sweep", config, "--vary", "friction=0.2,0.4", message=said)
     coefficient = import_problem(config).f[0]
-    half = document("sweep", config, "--vary", "friction.factor=0.5", "--bounds", "upper")["points"][0]
-    same = document("sweep", config, "--vary", f"f={float(coefficient) / 2!r}", "--bounds", "upper")[
-        "points"
-    ][0]
+    ways = "friction.factor=0.5", f"f={float(coefficient) / 2!r}"
+    half, same = (document("sweep", config, "--vary", way, "--bounds", "upper")["points"][0] for way in ways)
     assert half["upper"] == same["upper"]
     assert "friction ×" in run("sweep", config, "--vary", "friction.factor=0.5", "--bounds", "upper")[1]
 
@@ -140,11 +138,8 @@ def test_friction_that_may_mean_two_things_is_refused(tmp_path):
 def test_json_and_csv_are_the_librarys(tmp_path):
     words = ("--vary", "f=0.1:0.4:4", *FAST, "-o", str(tmp_path / "f.csv"))
     result = document("sweep", "two-node", *words)
-    found = shakedown.sweep(
-        shakedown.example("two-node"),
-        {"f": np.linspace(0.1, 0.4, 4)},
-        bounds=("lower", "energy", "upper"),
-    )
+    two, f = shakedown.example("two-node"), np.linspace(0.1, 0.4, 4)
+    found = shakedown.sweep(two, {"f": f}, bounds=("lower", "energy", "upper"))
     assert [point["upper"]["load_factor"] for point in result["points"]] == found.upper.tolist()
     with open(tmp_path / "f.csv", newline="", encoding="utf-8") as file:
         assert [float(row["lambda_1 [1]"]) for row in csv.DictReader(file)] == found.lower.tolist()
@@ -358,9 +353,8 @@ def test_simulate_says_whether_slips_stay_below_a_length(below, met, method):
     criterion = found["slip_criterion"]
     assert (criterion["below"], criterion["met"]) == (float(below), met)
     assert criterion["node"] in ((4,) if method == "event" else (4, 5))  # node 4 opens within a load step
-    assert criterion["largest"] == pytest.approx(
-        0.00181423102, rel=5e-2 if method == "gauss-seidel" else 1e-8
-    )
+    near = 5e-2 if method == "gauss-seidel" else 1e-8
+    assert criterion["largest"] == pytest.approx(0.00181423102, rel=near)
     assert found["outcome"] == "cyclic-slip"  # the strict answer
     _, out, _ = run("simulate", *AT_TWO, "--slip-below", below)
     assert f"below {float(below):.4g} mm" in out

@@ -370,7 +370,6 @@ def test_what_is_no_mode_is_said(bodies, asked, line):
 def test_loads_out_of_balance_on_a_free_structure_are_named():
     first, second, _ = pair()
     pushed = ElasticBody(first.mesh, DENSE, loads=[Force(boundary="top", value=(1.0, 0.0), history=1.0)])
-    with pytest.raises(
-        ProblemError, match="loads: expected loads in equilibrium, as nothing supports the bodies"
-    ):
+    message = "loads: expected loads in equilibrium, as nothing supports the bodies"
+    with pytest.raises(ProblemError, match=message):
         contact_problem(pushed, "bottom", 0.3, against=(second, "top"))

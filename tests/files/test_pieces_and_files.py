@@ -140,10 +140,8 @@ def test_a_script_without_a_guard_ends_with_a_line_that_names_it(tmp_path):
     """Its workers end while they start; what a pipe does not hold, 64 KiB, must not wait for them to read it."""
     (tmp_path / "script.py").write_text(UNGUARDED)
     words = [sys.executable, "script.py", "map.npz"]
-    path = {"PYTHONPATH": str(WORKS.parent)}
-    run = subprocess.run(
-        words, cwd=tmp_path, env=os.environ | path, capture_output=True, text=True, timeout=60
-    )
+    env = os.environ | {"PYTHONPATH": str(WORKS.parent)}
+    run = subprocess.run(words, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=60)
     assert run.stderr.count("Traceback") == 1
     assert 'a script has to keep what it does under if __name__ == "__main__":' in run.stderr.splitlines()[-1]
     assert [file.name for file in tmp_path.iterdir()] == ["script.py"]
@@ -442,9 +440,8 @@ def test_a_full_disk_is_one_line_and_keeps_the_old_file(tmp_path):
     )
     target = tmp_path / "p.npz"
     shakedown.save_problem(target, shakedown.example("one-node"))
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(target)], capture_output=True, text=True, check=True
-    )
+    words = [sys.executable, "-c", code, str(target)]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
     assert done.stderr == ""
     assert done.stdout == f"{target}: cannot be written (File too large)\n"
     assert shakedown.load_problem(target) == shakedown.example("one-node")

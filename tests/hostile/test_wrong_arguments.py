@@ -121,9 +121,7 @@ def test_tolerances_are_tolerances(name, value):
 
 
 @pytest.mark.parametrize(
-    "value",
-    ["1e-9", float("nan"), -1e-9, HUGE, True, np.ones(2)],
-    ids=lambda v: repr(v)[:12],
+    "value", ["1e-9", float("nan"), -1e-9, HUGE, True, np.ones(2)], ids=lambda v: repr(v)[:12]
 )
 @pytest.mark.parametrize("name", ["feasibility", "limit"])
 def test_a_tolerance_is_a_number(name, value):

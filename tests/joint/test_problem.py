@@ -333,7 +333,6 @@ def test_a_transient_of_no_load_step_is_none():
 
 def test_a_tangent_along_the_normal_is_refused():
     up = np.tile([0.0, 0.0, 1.0], (2, 1))
-    with pytest.raises(
-        ProblemError, match="'tangent': expected directions at right angles to each other and"
-    ):
+    message = "'tangent': expected directions at right angles to each other and"
+    with pytest.raises(ProblemError, match=message):
         dataclasses.replace(shakedown.example("two-node"), normal=up, tangent=up)

@@ -47,9 +47,8 @@ def test_another_method_agrees(problem, split):
             closed = np.inf
             if share is not None and share.any():
                 closed = closed_radius(problem, ball.metric, ball.slip, (at,))
-            assert ball.radius == pytest.approx(
-                min(plainly(problem, share, load_factor=at), closed), rel=1e-6
-            )
+            radius = min(plainly(problem, share, load_factor=at), closed)
+            assert ball.radius == pytest.approx(radius, rel=1e-6)
 
 
 @pytest.mark.parametrize(
