@@ -223,6 +223,24 @@ def test_up_to_where_slips_stay_small(found, shown, note):
 
 
 @pytest.mark.parametrize(
+    ("found", "told"),
+    [
+        ({}, ["0.7499: up to here the joint shakes down in the simulation"]),
+        ({"monotone": False}, ["0.7499: up to here the joint shakes down in the simulation; below there are load factors at which it does not"]),
+        ({"high": inf}, ["every λ simulated: up to here the joint shakes down in the simulation"]),
+        ({"load_factor": nan}, ["no λ: the joint shakes down at no load factor simulated"]),
+        ({"proved": 0.74999}, []),
+    ],
+)  # fmt: skip
+def test_the_simulated_limit_is_told_where_it_is_not_proved(found, told):
+    usual = {"load_factor": 0.74999, "high": 0.75001, "proved": 0.7, "monotone": True}
+    limit = SimpleNamespace(**usual | found, scanned=(), status=Status.OPTIMAL)
+    none = SimpleNamespace(period=0, reason="none")
+    about = SimpleNamespace(transient=limit, nodes=none, slip_limit=None, problem=TWO)
+    assert [f"{each.shown}: {each.note}" for each in run_facts.state_facts(about)[1:]] == told
+
+
+@pytest.mark.parametrize(
     ("period", "jumps", "opened", "told"),
     [(1, 0.0, (), []), (2, 0.5, (), ["period 2", "0.5 jumps per cycle"]), (1, 0.0, (1, 4), ["nodes 1, 4 open"])],
 )  # fmt: skip

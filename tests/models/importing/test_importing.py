@@ -222,7 +222,7 @@ def test_a_gap_and_an_interference(punch):
     )
     pairs = ('pairs = ["PUNCH_FOOT", "BLOCK_TOP"]', f"pairs = {[[k, 1072 + k] for k in range(1, 10)]}")
     kinds = {
-        f"gap = {gap.tolist()}": (pairs,),
+        f"gap = {gap.tolist()}\nx = {(plain.x + 7.0).tolist()}": (pairs,),
         'gap = { file = "gap.csv", column = "gap" }': (pairs,),
         f"gap = {{ nodes = {[[1 + k, float(g)] for k, g in enumerate(gap)]} }}": (),
         f'gap = {{ nodes = [["PUNCH_FOOT", {gap[0]}]] }}': "even",
@@ -238,6 +238,7 @@ def test_a_gap_and_an_interference(punch):
         more = {"even": (), "moved": (('file = "punch.inp"', 'file = "moved.inp"'),)}.get(kind, kind)
         expected = with_initial_gap(plain, gap[0] if kind == "even" else gap)
         found = import_problem(changed(punch, *more, ("[contact]\n", f"[contact]\n{text}\n")))
+        np.testing.assert_allclose(found.x, plain.x + 7.0 * ("x = " in text), rtol=1e-14)
         np.testing.assert_allclose(found.p_w, expected.p_w, rtol=0, atol=1e-9 * np.abs(expected.p_w).max())
         np.testing.assert_allclose(found.q_w, expected.q_w, rtol=0, atol=1e-9 * np.abs(expected.p_w).max())
     for text, message in (
