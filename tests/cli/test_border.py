@@ -11,11 +11,13 @@ import termios
 import time
 import zipfile
 
+import click
 import numpy as np
 import pytest
 from command import CONTROL, refused, run
 
 import shakedown
+from shakedown.cli.command import QUIET, progress
 
 COMMAND = [sys.executable, "-c", "from shakedown.cli.main import main; main()"]
 
@@ -69,10 +71,8 @@ def test_a_signal_after_the_last_output_is_a_line_or_too_late(number):
         "sys.last_of_all = Last()\n"
     )
     for before in (late, last):
-        script = f"{before}from shakedown.cli.main import main\nmain()\n"
-        done = subprocess.run(
-            [sys.executable, "-c", script, "example"], capture_output=True, text=True, check=False
-        )
+        words = [sys.executable, "-c", f"{before}from shakedown.cli.main import main\nmain()\n", "example"]
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
         assert (done.returncode, done.stderr) in ends
         assert done.stdout == run("example")[1]
 
@@ -97,14 +97,8 @@ def test_a_date_that_libraries_end_at_is_one_line(monkeypatch, value):
 
 def test_threads_that_numba_ends_at_are_one_line(monkeypatch):
     monkeypatch.setenv("NUMBA_NUM_THREADS", "0")
-    refused(
-        "simulate",
-        "one-node",
-        "--load-factor",
-        "1",
-        cwd=".",
-        message="a whole number from 1 to 2147483647, found '0'",
-    )
+    message = "a whole number from 1 to 2147483647, found '0'"
+    refused("simulate", "one-node", "--load-factor", "1", cwd=".", message=message)
 
 
 @pytest.mark.parametrize("words", [["--help"], ["example", "--json"]])
@@ -163,6 +157,15 @@ def test_quiet_says_nothing_beside_the_result():
     assert out == run("critical", "two-node")[1]
 
 
+def test_a_bar_is_only_where_somebody_watches(monkeypatch):
+    with open("/dev/ptmx", "w") as terminal, click.Context(click.Command("any")) as context:
+        for stream, quiet, bar in ((terminal, False, True), (terminal, True, False), (None, False, False)):
+            monkeypatch.setattr(sys, "stderr", stream)
+            context.meta[QUIET] = quiet
+            with progress("points") as update:
+                assert (update is not None) == bar
+
+
 @pytest.mark.parametrize("option", ["-V", "--version"])
 def test_version(option):
     assert run(option)[:2] == (0, f"shakedown-bounds, version {shakedown.__version__}\n")
@@ -171,11 +174,8 @@ def test_version(option):
 def test_the_package_is_the_command():
     words = [sys.executable, "-m", "shakedown", "solve", "none.npz"]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout, done.stderr) == (
-        2,
-        "",
-        "shakedown-bounds: none.npz: no such file\n",
-    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "shakedown-bounds: none.npz: no such file\n"
 
 
 # names, units, keys and paths ------------------------------------------------------------------------

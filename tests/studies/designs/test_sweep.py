@@ -203,7 +203,7 @@ def test_proved_from_this_state_is_what_an_assessment_proves_whichever_bound_is_
     assert [found.regions(x)[0] == Region.THIS_STATE for x in at] == [True, False]
 
 
-def test_a_proof_that_cannot_be_right_is_a_contradiction():
+def test_a_proof_that_cannot_be_right_is_a_contradiction(monkeypatch):
     history = shakedown.transient_limit(TWO, largest=1.0, steps=16)
     wrong, right = {"accumulated": 0.75, "upper": 0.74}, {"accumulated": 0.73159, "upper": 0.74}
     assert list(out_of_order(wrong, DEFAULT, closed=True)) == ["λ_S = 0.75 exceeds λ_max = 0.74"]
@@ -212,6 +212,12 @@ def test_a_proof_that_cannot_be_right_is_a_contradiction():
     assert cycling.endswith("below λ_S = 0.75")
     assert not list(out_of_order(right, DEFAULT, closed=True))
     assert not list(cycles_below({"accumulated": right["accumulated"]}, history, DEFAULT))
+    early, B, q = history.but(scanned=1e-3 * history.scanned), [[0, 0.2], [0.6, 0]], [1, 0.02]
+    monkeypatch.setattr("shakedown.assessment.transient_limit.of_joint", lambda limits: early)
+    lifts = Problem(A=np.eye(2), B=B, f=0.3, q_w=np.outer([1, -1], q), p_w=[[6, 1.2]] * 2)
+    for problem, proved in ((TWO, 1), (lifts, 0)):  # below λ_1 the other is not proved to shake down
+        told = sweep(problem, {"mean": [1.0]}, bounds=("lower", "transient")).contradictions
+        assert sum("below λ_1 = " in each for each in told) == proved
 
 
 def test_processes_and_a_resumed_run_give_the_same(tmp_path):
@@ -319,11 +325,9 @@ def of_friction(f: float) -> Problem:
 def test_of_a_function_that_makes_joints_what_there_is_not_is_undecided_with_the_reason():
     found = sweep(of_friction, {"f": [0.4]}, bounds=["lower", "universal", "upper"])
     assert found.status("lower").tolist() == ["undecided"]
-    assert "first collapse: expected one tangential direction" in found.points[0]["lower"]["remark"]
+    assert "λ_1: first collapse: expected one tangential direction" in found.columns()["remark"][0]
     assert 0 < found.universal[0] < found.upper[0]
-    with pytest.raises(
-        shakedown.UsageError, match="bounds with two directions: expected some of universal, energy"
-    ):
+    with pytest.raises(UsageError, match="bounds with two directions: expected some of universal, energy"):
         sweep(JOINT, {"f": [0.4, 0.5]}, bounds=["lower"])
 
 
