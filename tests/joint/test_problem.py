@@ -177,9 +177,10 @@ def test_largest_values_may_be_there_but_no_larger_ones(key, most):
 def test_a_compliance_is_judged_by_its_own_size(size):
     acting = {"load_reactions": [[1.0, 0.0], [0.0, 0.0]], "load_history": [[1.0, 0.0], [-1.0, 0.0]]}
     joint = {"A": [[2.0]], "B": [[0.0]], "f": 0.5, "q_w": [[1.0], [-1.0]], "p_w": [[3.0], [3.0]]} | acting
-    for fitting in ([[1.0, 0.5], [0.5, 1.0]], [[1.0, 0.0], [0.0, -1.0]], np.zeros((2, 2))):
+    much, more = 1 + 9e-7, 1 + 2e-6  # six printed digits
+    for fitting in ([[1, much], [much, 1]], [[-1, much], [much, -1]], np.diag([1.0, -1.0]), np.zeros((2, 2))):
         assert Problem(**joint, load_compliance=size * np.array(fitting)).n == 1
-    skew, *less = [[1.0, 0.5], [0.6, 1.0]], [[1.0, 1.1], [1.1, 1.0]], [[-1.0, 1.1], [1.1, -1.0]]
+    skew, *less = [[1.0, 0.5], [0.6, 1.0]], [[1.0, more], [more, 1.0]], [[-1.0, more], [more, -1.0]]
     for entries, message in ((skew, "a symmetric"), *((each, "stored energy >= 0") for each in less)):
         with pytest.raises(ProblemError, match=f"key 'load_compliance': expected {message}"):
             Problem(**joint, load_compliance=size * np.array(entries))

@@ -104,7 +104,7 @@ def test_the_example_of_a_jump_in_a_ball():
     node = Problem(A=np.diag([1.0, 10.0]), B=[[0.0, 9.0]], C=[[9.0]], f=1.0, **still)
     ball = energy_ball(node, 0.0)
     np.testing.assert_allclose(ball.share, [[0.0, 0.9]])
-    assert ball.radius == pytest.approx(1 / np.sqrt(8.1))  # so far no pressure comes to nothing
+    assert ball.inner_radius < ball.radius == pytest.approx(1 / np.sqrt(8.1))  # so far all pressures last
 
 
 def test_a_ball_with_shares_is_so_small_that_no_jump_opens_a_node():
