@@ -157,16 +157,16 @@ def test_a_ring_with_clearance_goes_on_as_its_cycles_do():
 def test_the_ring_of_a_bearing():
     ring = shakedown.example("bearing-ring")
     (body,) = sliding_bodies(ring)
-    assert all(body.monotone)
-    assert body.all_mixtures_irreducible
+    assert all((*body.monotone, body.all_mixtures_irreducible))
     assert not replace(body, M=body.M * (np.arange(ring.n) > 0)[:, None]).all_mixtures_irreducible
     assert body.wedge_bounds == pytest.approx([0.478545] * 2, rel=1e-5)
     state = shakedown.long_term_state(ring, 0.7)
     low, high = state.drift_bounds
     assert -1e-12 < low <= high < 1e-12
-    passed = state.history.cycle - state.history.cycle[0]
-    nothing = [state.history.rows(passed <= share) for share in (0.0, 0.3, 0.7)]  # less than one cycle
-    nothing.append(replace(state.history, state=np.full_like(state.history.state, OPEN)))
+    path, passed = state.history, state.history.cycle - state.history.cycle[0]
+    nothing = [path.rows(passed <= share) for share in (0.0, 0.3, 0.7)]  # less than one cycle
+    jump = replace(path.joined([path, path.rows([-1])]), v=np.vstack([path.v, path.v[-1] + 1e-3]))
+    nothing += [replace(path, state=np.full_like(path.state, OPEN)), jump]
     assert all(isnan(each) for path in nothing for each in body.drift_enclosure(path))
 
 

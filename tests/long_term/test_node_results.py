@@ -102,14 +102,15 @@ def test_a_dense_path_shows_the_same(settled):
 
 @pytest.mark.parametrize("d", [1, 2])
 def test_nodes_that_stay_open_carry_nothing(d):
-    """Not even the round-off of their reactions."""
-    state = shakedown.long_term_state(partly_open(2, 4, d=d), 0.1)
-    nodes, away = node_results(state), list(state.open_nodes)
-    assert away
-    assert np.abs(state.history.p[:, away]).max() > 0
-    assert not np.any([nodes.p_max[away], nodes.q_max[away]])
+    """Not even the round-off of their reactions; and setting down is no slip."""
+    state = shakedown.long_term_state(problem := partly_open(2, 4, d=d), 0.1)
+    nodes, away, path = node_results(state), list(state.open_nodes), state.history
+    assert np.abs(path.p[:, away]).max() > 0
+    assert not (nodes.p_max + nodes.q_max)[away].any()
     small = replace(nodes, p_min=1e-3 * nodes.p_min)  # of closed nodes it is no round-off
-    assert node_columns(small, state.problem)["p_min"].tolist() == small.p_min.tolist()
+    assert node_columns(small, problem)["p_min"].tolist() == small.p_min.tolist()
+    once = replace(path, v=0 * path.v, state=np.where(np.arange(len(path))[:, None] < 2, 2, 1))
+    assert not once.without_round_off(problem).state[2:].any()
     assert (np.delete(nodes.p_max, away) > 0).all()
 
 
