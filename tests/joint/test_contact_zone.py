@@ -56,13 +56,12 @@ def test_open_nodes_follow_every_change_of_slip(problem):
 def test_rows_of_open_nodes_are_their_gaps_and_the_others_are_limits(problem):
     zone, rng = contact_zone(problem, OPEN), np.random.default_rng(1)
     rows, slip = zone.constraints, rng.normal(size=zone.joint.layout.slip_size) * 1e-3
-    heads = rows.heads
-    assert rows.node[heads][-3:].tolist() == [*OPEN]
-    assert set(rows.node[heads][:-3]) == set(zone.closed_nodes)
-    assert rows.side[heads][-3:].tolist() == [0, 0, 0]
+    assert rows.node[rows.heads][-3:].tolist() == [*OPEN]
+    assert set(rows.node[rows.heads][:-3]) == set(zone.closed_nodes)
+    assert rows.side[rows.heads][-3:].tolist() == [0, 0, 0]
     gaps = zone.displacements(slip, *loading(problem).at(0.7))[:, problem.layout.gaps_of(OPEN)]
     assert rows.excess(slip, 0.7)[-3:] == pytest.approx(-gaps.min(axis=0), rel=1e-12)
-    assert gaps.argmin(axis=0).tolist() == rows.step[heads][-3:].tolist()
+    assert gaps.argmin(axis=0).tolist() == rows.step[rows.heads][-3:].tolist()
 
 
 def test_a_zone_without_open_nodes_is_the_joint():
@@ -90,8 +89,10 @@ def test_wrong_nodes_are_refused(nodes, message):
 
 def test_what_the_body_does_not_hold_cannot_be_open():
     free = free_pair([0.0], C=np.zeros((2, 2)))
-    with pytest.raises(UsageError, match="the body holds when open, found 1 free to move"):
-        contact_zone(free, [1])
+    rods = [replace(free, A=np.eye(2), B=np.diag([0, s]), C=np.diag([1, s**2])) for s in (0.3, 0.5, 0.7)]
+    for joint in (free, *rods):  # a rod holds a node along itself alone
+        with pytest.raises(UsageError, match="the body holds when open, found 1 free to move"):
+            contact_zone(joint, [1])
     with pytest.raises(ProblemError, match="key 'C'"):
         contact_zone(replace(free, C=None), [1])
 

@@ -110,11 +110,13 @@ def test_the_example_of_a_jump_in_a_ball():
 def test_a_ball_with_shares_is_so_small_that_no_jump_opens_a_node():
     joint = brick(4, 0.3)
     bound, plain = energy_bound(joint), energy_bound(joint, split=False)
-    metric = ball_limits(contact_zone(joint, ())).metric
-    assert bound.share.any()
     assert bound.load_factor > 2.5 * plain.load_factor
-    for ball in (bound, bound.certificate):
-        assert ball.radius < closed_radius(joint, metric, ball.slip, (0.0, ball.load_factor))
+    loads = {"q_w": [[0.1, -0.13], [0.1, 0.0], [-0.2, 0.13]], "p_w": [[1.45], [1.55], [1.7]], "p_mean": [1.0]}
+    node = Problem(A=np.diag([1.0, 10.0]), B=[[-0.4, -2.0]], C=[[9.0]], f=0.3, q_mean=[0.0, 0.0], **loads)
+    small = energy_bound(node, [-0.3, -0.25], 0.6)  # the mean load presses the node least
+    for each, ball in ((node, small), (joint, bound), (joint, bound.certificate)):
+        metric = ball_limits(contact_zone(each, ())).metric
+        assert ball.radius < closed_radius(each, metric, ball.slip, (0.0, ball.load_factor))
     assert closed_radius(replace(joint, B=0.0 * joint.B), metric, bound.slip, (0.0,)) == np.inf
     state = shakedown.long_term_state(joint, 0.999 * bound.load_factor)
     assert (state.outcome, state.open_nodes) == ("shakedown", ())
@@ -148,10 +150,8 @@ def test_open_nodes_keep_their_gap():
     opened = replace(problem, p_w=problem.p_w - 9.0 * (np.arange(4) == 2))
     zone = contact_zone(opened, [2])
     ball = energy_ball(opened, 0.3, open_nodes=[2])
-    assert ball.open_nodes == (2,)
-    assert ball.status == "optimal"
-    rng = np.random.default_rng(0)
-    loads = loading(opened).at(0.3)
+    assert (ball.open_nodes, ball.status) == ((2,), "optimal")
+    rng, loads = np.random.default_rng(0), loading(opened).at(0.3)
     for _ in range(200):
         state = ball.at(rng.normal(size=6), 1 - 1e-9)
         u = zone.displacements(state[opened.layout.slips_of(zone.closed_nodes)], *loads)
