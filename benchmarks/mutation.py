@@ -166,7 +166,8 @@ def _runs() -> dict[str, dict[int, set[str]]]:
     from coverage import CoverageData
 
     copy = _copied()
-    done = _run(copy, "-m", "pytest", "-q", "--cov=shakedown", "--cov-context=test", "--cov-report=")
+    settings = ("-n", "logical", "--cov=shakedown", "--cov-context=test", "--cov-report=")
+    done = _run(copy, "-m", "pytest", "-q", *settings)
     assert not done.returncode, done.stdout
     data, found = CoverageData(str(copy / ".coverage")), {}
     data.read()
