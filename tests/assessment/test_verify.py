@@ -237,9 +237,8 @@ def test_a_ball_of_the_plan_holds_what_is_proved():
     for load_factor in (0.9 * energy, 0.5 * (energy + upper)):
         ball = limits.ball_at(load_factor)
         largest, below = shakedown.energy_ball(limits.problem, load_factor), load_factor < energy
-        held = (
-            np.zeros(8) if below else 0.5 * (limits.energy.slip + limits.upper.slip)
-        )  # safe halfway between
+        between = 0.5 * (limits.energy.slip + limits.upper.slip)  # safe halfway
+        held = np.zeros(8) if below else between
         assert 0 < ball.radius <= largest.radius * (1 + 1e-9)
         assert ball.radius - ball.distance(held) > largest.radius - largest.distance(held)
         assert limits.ball_at(load_factor) is ball

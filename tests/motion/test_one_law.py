@@ -20,16 +20,20 @@ from shakedown.motion.method import walk
 
 # (f, q, p, w, slip), and by how much the law is broken
 STATES = {
-    "no penetration": ((0.5, 0.0, 0.0, -0.25, 0.0), 0.25), "no tension": ((0.0, 0.0, -0.25, 0.0, 0.0), 0.25),
+    "no penetration": ((0.5, 0.0, 0.0, -0.25, 0.0), 0.25),
+    "no tension": ((0.0, 0.0, -0.25, 0.0, 0.0), 0.25),
     "an open node carries nothing": ((0.5, 0.0, 0.25, 2.0, 0.0), 0.25),
-    "Coulomb": ((0.5, 0.75, 1.0, 0.0, 0.0), 0.25), "forward slip": ((0.5, 0.25, 1.0, 0.0, 0.5), 0.5),
-    "backward slip": ((0.5, -0.25, 1.0, 0.0, -0.5), 0.5), "lawful stick": ((0.5, 0.25, 1.0, 0.0, 0.0), 0.0),
+    "Coulomb": ((0.5, 0.75, 1.0, 0.0, 0.0), 0.25),
+    "forward slip": ((0.5, 0.25, 1.0, 0.0, 0.5), 0.5),
+    "backward slip": ((0.5, -0.25, 1.0, 0.0, -0.5), 0.5),
+    "lawful stick": ((0.5, 0.25, 1.0, 0.0, 0.0), 0.0),
     "lawful stick on the backward limit": ((0.5, 0.5, 1.0, 0.0, 0.0), 0.0),
     "lawful forward slip": ((0.5, -0.5, 1.0, 0.0, 0.5), 0.0),
     "lawful backward slip": ((0.5, 0.5, 1.0, 0.0, -0.5), 0.0),
-    "lawful open": ((0.5, 0.0, 0.0, 1.0, 0.0), 0.0), "lawful apex": ((0.5, 0.0, 0.0, 0.0, 0.0), 0.0),
+    "lawful open": ((0.5, 0.0, 0.0, 1.0, 0.0), 0.0),
+    "lawful apex": ((0.5, 0.0, 0.0, 0.0, 0.0), 0.0),
     "lawful frictionless slip": ((0.0, 0.0, 1.0, 0.0, 0.5), 0.0),
-}  # fmt: skip
+}
 
 
 def violation(judge, state, scale):

@@ -17,15 +17,7 @@ from shakedown.models.readers.nodal_vectors import read_vectors_table
 from shakedown.models.readers.parsing import read_table
 from shakedown.models.readers.stiffness import Stiffness
 
-BRICKS = """*HEADING
-Two bricks on each other
-*PART, NAME=P
-*END PART
-*ASSEMBLY, NAME=A
-*INSTANCE, NAME=P-1, PART=P
-10., 0., 0.
-*NODE, NSET=ALL
-1, 0., 0., 0.
+CUBE = """1, 0., 0., 0.
 2, 1., 0., 0.
 3, 1., 1., 0.
 4, 0., 1., 0.
@@ -33,7 +25,16 @@ Two bricks on each other
 6, 1., 0., 1.
 7, 1., 1., 1.
 8, 0., 1., 1.
-9, 0., 0., 2.
+"""
+BRICKS = f"""*HEADING
+Two bricks on each other
+*PART, NAME=P
+*END PART
+*ASSEMBLY, NAME=A
+*INSTANCE, NAME=P-1, PART=P
+10., 0., 0.
+*NODE, NSET=ALL
+{CUBE}9, 0., 0., 2.
 10, 1., 0., 2.
 11, 1., 1., 2.
 12, 0., 1., 2.
@@ -135,16 +136,8 @@ def test_nodes_of_elements_and_cylindrical_coordinates(tmp_path):
         deck(tmp_path, text + "*ELEMENT, TYPE=CPE3\n8, 3, 2, 1\n")
 
 
-BRICK = """*NODE, NSET=NALL
-1, 0., 0., 0.
-2, 1., 0., 0.
-3, 1., 1., 0.
-4, 0., 1., 0.
-5, 0., 0., 1.
-6, 1., 0., 1.
-7, 1., 1., 1.
-8, 0., 1., 1.
-*ELEMENT, TYPE=C3D8, ELSET=E
+BRICK = f"""*NODE, NSET=NALL
+{CUBE}*ELEMENT, TYPE=C3D8, ELSET=E
 1, 1, 2, 3, 4, 5, 6, 7, 8
 *NSET, NSET=NREF
 8
