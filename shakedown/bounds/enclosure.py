@@ -363,7 +363,7 @@ def proved_high(
 
 
 def proved_infeasible(problem: Problem, rows: DiscRows, end: UnscaledSolution) -> bool:
-    """Whether multipliers, those of the end first, prove that no slip is safe at any load factor ≥ 0."""
+    """Whether the multipliers of the end prove that no slip is safe at any load factor ≥ 0."""
     if rigid_slips(problem).doubt:
         return False
     proof = proof_of(problem, rows)

@@ -24,7 +24,7 @@ from shakedown.ground.work_limit import on_one_thread
 from shakedown.joint.problem import Problem
 from shakedown.programs.disc_program import DiscProgram, Solve
 from shakedown.programs.program import exact_products, median_size
-from shakedown.programs.self_dual import USABLE, Point, SelfDualSolution, balanced_multipliers, solve_discs
+from shakedown.programs.self_dual import USABLE, SelfDualSolution, balanced_multipliers, solve_discs
 from shakedown.programs.simplex import chebyshev_centre
 
 Limits = tuple[NDArray[np.intp], NDArray[np.intp]]  # numbers of discs and of half-spaces
@@ -236,7 +236,7 @@ def polished(program: DiscProgram, end: SelfDualSolution, *, proves: bool = True
     Equations: every active limit holds with equality, the multipliers balance. A disc is active where
     its slack is smaller than its multiplier, at its apex where all of its slack is.
     """
-    if end.status != Status.OPTIMAL:
+    if end.status != Status.OPTIMAL or not end.path:
         return end
     best, left, last = end, _residual(program, end), end.path[-1]
     final = replace(end, slack=last.s / last.tau, multipliers=last.y / last.tau)
@@ -251,7 +251,7 @@ def polished(program: DiscProgram, end: SelfDualSolution, *, proves: bool = True
         if left <= NEGATIVE:
             return best
     if best is end and proves:
-        y = balanced_multipliers(program, Point(end.x, end.slack, end.multipliers, 1.0, 0.0))
+        y = balanced_multipliers(program, end)
         return replace(end, multipliers=y) if program.cones.margin(y) > 0 else end
     return best
 

@@ -74,8 +74,9 @@ def enclosure(numerator: int, denominator: int) -> tuple[float, float]:
     except OverflowError:
         return (nextafter(inf, 0.0), inf) if numerator > 0 else (-inf, nextafter(-inf, 0.0))
     p, q = near.as_integer_ratio()
-    difference = p * denominator - numerator * q
-    return nextafter(near, -inf) if difference > 0 else near, nextafter(near, inf) if difference < 0 else near
+    above = p * denominator - numerator * q
+    low = nextafter(near, -inf) if above > 0 else near
+    return low, nextafter(near, inf) if above < 0 else near
 
 
 MAX_WORK = 2 * 10**7  # pivots times the cube of their size: seconds, where the start is far off
@@ -196,11 +197,10 @@ def proves_at_most(program: ExactProgram, active: list[int], free: list[int], va
     >>> [proves_at_most(program, rows, free, (9, 1)) for rows, free in (([2, 1], [0, 1]), ([1], [1]))]
     [False, False]
     """
-    square = [[program.matrix[i][j] for i in active] for j in free]
     if len(active) != len(free):
         return False
     try:
-        weights, scale = solve_integers(square, [program.cost[j] for j in free])
+        weights, scale = _weights(program.columns(free), active, [program.cost[j] for j in free])
     except ZeroDivisionError:
         return False
     y = {i: weight for i, weight in zip(active, weights, strict=True) if weight}

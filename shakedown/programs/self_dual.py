@@ -201,16 +201,16 @@ def inner_point(program: DiscProgram, end: SelfDualSolution, gap: float) -> Poin
 
 
 @np.errstate(all="ignore")  # what is not finite is of no use, and is not taken
-def balanced_multipliers(program: DiscProgram, point: Point) -> FloatArray:
-    """Multipliers with Gᵀ y + τ c = 0 next to those of a point, in the metric of its scaling."""
-    program, *_ = program.in_reactions
-    scaling = program.cones.scaling(point.s, point.y)
-    left = program.transposed(point.y) + point.tau * program.costs
+def balanced_multipliers(program: DiscProgram, end: SelfDualSolution) -> FloatArray:
+    """Multipliers with Gᵀ y + c = 0 next to those of an optimum, in the metric of its scaling."""
+    (program, *_), y = program.in_reactions, end.multipliers
+    scaling = program.cones.scaling(end.slack, y)
+    left = program.transposed(y) + program.costs
     try:
-        _, dy, _ = _newton_equations(program, scaling)(left, np.zeros_like(point.y))
+        _, dy, _ = _newton_equations(program, scaling)(left, np.zeros_like(y))
     except np.linalg.LinAlgError:
-        return np.full_like(point.y, np.nan)
-    return point.y - dy
+        return np.full_like(y, np.nan)
+    return y - dy
 
 
 def _judged(program: DiscProgram, point: Point, Gx: FloatArray, Gy: FloatArray) -> SelfDualSolution:
